@@ -1,0 +1,16 @@
+/* Bentlight's native core: light in curved spacetime. This header gathers the topics; read them in this order.
+ *
+ * Units G = c = 1; lengths in scene units. Matrices are row-major and act on column vectors. Every function that can
+ * fail returns a bent_status and fills a caller-owned bent_error. Functions that take a const bent_scene may be called
+ * from any number of threads at once. The core creates no threads.
+ */
+#ifndef BENTLIGHT_H
+#define BENTLIGHT_H
+#include "bentlight/error.h"     /* status, message, cancel and progress */
+#include "bentlight/spacetime.h" /* the spacetimes, their charts and local frames */
+#include "bentlight/trace.h"     /* rays to infinity or the horizon */
+#include "bentlight/table.h"     /* deflection tables */
+#include "bentlight/scene.h"     /* meshes, instances, spacetime objects, materials, world, camera */
+#include "bentlight/intersect.h" /* curved rays against the scene */
+#include "bentlight/render.h"    /* path tracing by tiles */
+#endif

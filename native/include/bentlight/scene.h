@@ -1,0 +1,67 @@
+/* A scene: edit it from one thread, commit it, then read it from many.
+ *
+ * Meshes, images and materials are copied in and named by the integer that add_* returns; they count from 0. World
+ * coordinates are the Blender scene's. Nothing an edit does is visible before bent_scene_commit.
+ */
+#ifndef BENTLIGHT_SCENE_H
+#define BENTLIGHT_SCENE_H
+#include <stddef.h>
+#include "bentlight/spacetime.h"
+
+typedef struct bent_scene bent_scene;
+
+bent_status bent_scene_new(bent_scene **out, bent_error *error);
+void bent_scene_free(bent_scene *scene);
+/* Makes all edits visible. Builds or refits what changed. */
+bent_status bent_scene_commit(bent_scene *scene, bent_progress *progress, bent_error *error);
+
+/* A triangle mesh. Pointers may be NULL where said so. All arrays are copied. */
+typedef struct bent_mesh {
+  size_t vertex_count, triangle_count;
+  const float (*vertices)[3];             /* finite */
+  const uint32_t (*triangles)[3];         /* vertex indices */
+  const float (*corner_normals)[3][3];    /* per triangle corner, flat-space unit normals; NULL: flat shading */
+  const float (*corner_uvs)[3][2];        /* per triangle corner; NULL: zero */
+  const uint32_t *material_slots;         /* per triangle, index into the instance's materials; NULL: 0 */
+  const float (*generated)[3];            /* per vertex, Blender's generated coordinates in [0, 1]; NULL: zero */
+} bent_mesh;
+
+typedef struct bent_instance {
+  int mesh;
+  double world_from_mesh[4][4]; /* any invertible affine matrix, mirrored and non-uniform included */
+  const int *materials;         /* one material per slot; NULL with count 0: the default grey */
+  size_t material_count;
+  uint32_t visibility;          /* bent_visibility bits */
+  float object_index;           /* for object info and index passes */
+  uint32_t one_sided;           /* emits and is seen only on the side of the geometric normal (area lights) */
+} bent_instance;
+
+typedef enum bent_visibility {
+  BENT_VISIBLE_CAMERA = 1,
+  BENT_VISIBLE_DIFFUSE = 2,
+  BENT_VISIBLE_GLOSSY = 4,
+  BENT_VISIBLE_TRANSMISSION = 8,
+  BENT_VISIBLE_ALL = 15
+} bent_visibility;
+
+bent_status bent_scene_add_mesh(bent_scene *scene, const bent_mesh *mesh, int *index, bent_error *error);
+/* Replaces the vertices (and normals, if not NULL) of a mesh with the same counts: refit instead of rebuild. */
+bent_status bent_scene_update_mesh(bent_scene *scene, int mesh, const bent_mesh *data, bent_error *error);
+bent_status bent_scene_add_instance(bent_scene *scene, const bent_instance *instance, int *index, bent_error *error);
+bent_status bent_scene_update_instance(bent_scene *scene, int instance, const double world_from_mesh[4][4],
+                                       bent_error *error);
+bent_status bent_scene_clear_instances(bent_scene *scene, bent_error *error);
+
+/* One spacetime object in the scene. A single object that is not a wormhole pair may have sphere_radius INFINITY: it
+ * bends space out to infinity, exactly. Otherwise each owns a sphere (world units, around its origin, chart radius) and
+ * space outside all spheres is flat. Spheres must not overlap. */
+typedef struct bent_spacetime_object {
+  bent_spacetime spacetime;
+  double world_from_spacetime[4][4]; /* rotation, uniform positive scale, translation */
+  double sphere_radius;
+  int exit; /* wormhole: index of the object where rays through the throat come out, or -1: an empty sky of its own */
+} bent_spacetime_object;
+
+bent_status bent_scene_set_spacetimes(bent_scene *scene, size_t count, const bent_spacetime_object *objects,
+                                      bent_error *error);
+#endif

@@ -1,0 +1,35 @@
+/* Rays from finite observers to infinity or the horizon, in batches.
+ *
+ * Two routes lead there (design: separable geodesics in Mino time). ENDPOINT solves the separated integrals and needs no
+ * path; it declines rays it cannot do well. TAYLOR marches Taylor arcs and covers everything. AUTO asks ENDPOINT first.
+ */
+#ifndef BENTLIGHT_TRACE_H
+#define BENTLIGHT_TRACE_H
+#include <stddef.h>
+#include "bentlight/spacetime.h"
+
+typedef enum bent_fate {
+  BENT_UNRESOLVED = 0, /* the wanted tolerance could not be met, e.g. on the critical curve */
+  BENT_ESCAPED = 1,
+  BENT_CAPTURED = 2,
+  BENT_ESCAPED_FAR = 3, /* out on the far side of a wormhole */
+  BENT_HIT = 4          /* only from bent_scene_intersect */
+} bent_fate;
+
+typedef enum bent_route { BENT_ROUTE_AUTO, BENT_ROUTE_ENDPOINT, BENT_ROUTE_TAYLOR } bent_route;
+
+/* Caller-owned result arrays of n entries; any pointer may be NULL. */
+typedef struct bent_trace_result {
+  uint8_t *fate;          /* bent_fate; with ROUTE_ENDPOINT a declined ray is BENT_UNRESOLVED with error NaN */
+  double (*direction)[3]; /* asymptotic unit direction (ESCAPED_FAR: angular position on the far side); else NaN */
+  double *error;          /* estimated angular error, radians */
+  uint32_t *steps;        /* Taylor arcs used; 0 on the endpoint route */
+  double *swept;          /* total angle swept about the centre, radians */
+} bent_trace_result;
+
+/* origins: (n, 3) positions in spacetime axes. directions: (n, 3) local unit directions (normalised here; a zero or
+ * non-finite one is an argument error, as is an origin inside a horizon). tolerance: wanted angular error, radians. */
+bent_status bent_trace_rays(const bent_spacetime *spacetime, size_t n, const double (*origins)[3],
+                            const double (*directions)[3], double tolerance, bent_route route,
+                            const bent_trace_result *out, bent_progress *progress, bent_error *error);
+#endif

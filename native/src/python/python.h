@@ -1,0 +1,59 @@
+/* What the files of the Python module share: the stable ABI, argument buffers, errors, and the two handle types.
+ *
+ * Python sees heap types, never pointers or integers: a wrong object is a TypeError. Arrays come in through the buffer
+ * protocol (no NumPy headers) and are allocated by the numpy-facing wrappers in python/bentlight_native.
+ */
+#ifndef BENT_PYTHON_PYTHON_H
+#define BENT_PYTHON_PYTHON_H
+#define PY_SSIZE_T_CLEAN
+#ifndef Py_LIMITED_API
+#define Py_LIMITED_API 0x030B0000
+#endif
+#include <Python.h>
+
+#include "bentlight.h"
+
+/* buffers.c ------------------------------------------------------------------------------------------------------ */
+
+/* An array argument: acquired by buffer_get, released by buffer_release (safe on a zeroed struct). */
+typedef struct buffer {
+  Py_buffer view;
+  int held;
+} buffer;
+
+enum { BUFFER_READ = 0, BUFFER_WRITE = 1, BUFFER_FINITE = 2, BUFFER_OPTIONAL = 4 };
+
+/* Takes `object` as a C-contiguous array of element type `format` ('d', 'f', 'i', 'I', 'B') whose shape matches
+ * `shape` (`dimensions` entries; -1 accepts any length and stores it back). With BUFFER_FINITE, NaN and infinity are
+ * refused; with BUFFER_OPTIONAL, None gives a NULL pointer. Returns 0, or -1 with a Python error such as "vertices:
+ * expected float32 C-contiguous array of shape (n, 3), got float64 (8, 3)". */
+int buffer_get(buffer *out, PyObject *object, const char *name, char format, int dimensions, Py_ssize_t *shape,
+               int flags);
+static inline void *buffer_data(const buffer *b) { return b->held ? b->view.buf : NULL; }
+void buffer_release(buffer *b);
+void buffer_release_all(buffer *buffers, size_t count);
+
+/* errors.c ------------------------------------------------------------------------------------------------------- */
+
+/* Raises the Python exception that fits `error` and returns NULL: ARGUMENT and DATA ValueError, MEMORY MemoryError,
+ * STATE RuntimeError, UNAVAILABLE OSError, CANCELLED KeyboardInterrupt-free bentlight_native.Cancelled. */
+PyObject *raise_error(const bent_error *error);
+int errors_add_types(PyObject *module);
+
+/* spacetime.c, scene.c, progress.c ------------------------------------------------------------------------------- */
+
+int spacetime_add_type(PyObject *module);
+int progress_add_type(PyObject *module);
+int scene_add_type(PyObject *module);
+/* The value inside a Spacetime, or NULL with TypeError. */
+const bent_spacetime *spacetime_value(PyObject *object);
+/* The cell inside a Progress; None gives NULL with *ok = 1. */
+bent_progress *progress_value(PyObject *object, int *ok);
+/* The scene inside a Scene, or NULL with TypeError. */
+bent_scene *scene_value(PyObject *object);
+
+/* Methods of Scene, by topic: scene_geometry.c, scene_shading.c, scene_render.c. */
+extern PyMethodDef scene_geometry_methods[], scene_shading_methods[], scene_render_methods[];
+/* Functions of the module, by topic. */
+extern PyMethodDef trace_functions[], table_functions[];
+#endif

@@ -1,0 +1,15 @@
+/* Life and commit of a scene; each part's work is done by its own folder. */
+#include "scene/scene.h"
+
+#include <stdlib.h>
+
+bent_status bent_scene_new(bent_scene **out, bent_error *error)
+{
+  *out = calloc(1, sizeof **out);
+  return *out ? BENT_OK : bent_fail(error, BENT_ERROR_MEMORY, "scene: out of memory");
+}
+
+void bent_scene_free(bent_scene *scene)
+{
+  free(scene);
+}
