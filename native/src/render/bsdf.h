@@ -1,0 +1,21 @@
+/* Sampling and evaluating a closure_set. wo and wi point away from the surface; all directions are local. */
+#ifndef BENT_RENDER_BSDF_H
+#define BENT_RENDER_BSDF_H
+#include "scene/shading.h"
+
+typedef enum bsdf_lobe { LOBE_DIFFUSE = 2, LOBE_GLOSSY = 4, LOBE_TRANSMISSION = 8, LOBE_TRANSPARENT = 16 } bsdf_lobe;
+
+typedef struct bsdf_sample {
+  vec3 wi;
+  vec3 weight;    /* f(wo, wi) |cos| / pdf of the whole set; the throughput factor */
+  double pdf;     /* solid angle, of the whole set; 0 for a delta lobe (mirror, smooth glass, transparent) */
+  bsdf_lobe lobe; /* values agree with bent_visibility bits where both exist */
+} bsdf_sample;
+
+/* Draws a direction with u in [0,1)^3 (u[2] picks the lobe). Returns 0 when the light is absorbed. */
+int bsdf_draw(const closure_set *set, const shade_point *point, const double u[3], bsdf_sample *out);
+/* f(wo, wi) |cos| over the non-delta lobes, and the pdf that bsdf_draw has there. */
+vec3 bsdf_evaluate(const closure_set *set, const shade_point *point, vec3 wi, double *pdf);
+/* Albedo for denoising: base color of diffuse and rough lobes, white for mirrors and glass as Cycles does. */
+vec3 bsdf_albedo(const closure_set *set);
+#endif
