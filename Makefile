@@ -35,7 +35,7 @@ test-python-4.5: build/native-4.5.stamp
 test-sanitized: build/sanitized.stamp
 	build/sanitized/cmake/bentlight_smoke
 	LD_PRELOAD="$$(cc -print-file-name=libasan.so)" ASAN_OPTIONS=detect_leaks=0 PYTHONMALLOC=malloc \
-	  PYTHONPATH=build/sanitized/site $(python) $(pytest) tests/native -m "not heavy"
+	  PYTHONPATH=build/sanitized/site $(python) $(pytest) tests/native -m "not unsanitized"
 
 lint: .venv/ready
 	$(python) -m ruff check .
@@ -48,10 +48,13 @@ bench: build/native.stamp
 	$(python) tests/bench/run.py
 
 package: build/native.stamp
+	rm -rf dist
 	$(python) tests/tools/build_extension.py --wheel build/wheelhouse/*.whl --output dist
 
+test-blender: export BENTLIGHT_BLENDER_DIR ?= $(HOME)/.cache/bentlight-blender
 test-blender: package
-	tests/blender/run.sh dist/bentlight-*.zip
+	tests/blender/make_tree.sh "$$BENTLIGHT_BLENDER_DIR"
+	BENTLIGHT_ZIP=$$(echo dist/bentlight-*.zip) $(python) -m pytest tests/blender/check_application.py
 
 clean:
 	rm -rf build dist output

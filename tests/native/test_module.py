@@ -1,10 +1,13 @@
 """The native module's face: every name of the C module is documented and typed, every wrapper too."""
 
 import ast
+import ctypes
+import gc
 import inspect
 from pathlib import Path
 
 import bentlight_native
+import pytest
 from bentlight_native import _core
 
 STUB = Path(_core.__file__).with_name("_core.pyi")
@@ -50,3 +53,39 @@ def test_every_wrapper_has_a_docstring_and_type_hints():
             hints = inspect.signature(value)
             assert hints.return_annotation is not inspect.Signature.empty, name
             assert all(p.annotation is not inspect.Parameter.empty for p in hints.parameters.values()), name
+
+
+def allocated_bytes():
+    """What the C heap holds now, as glibc counts it."""
+
+    class Mallinfo2(ctypes.Structure):
+        names = "arena ordblks smblks hblks hblkhd usmblks fsmblks uordblks fordblks keepcost"
+        _fields_ = [(name, ctypes.c_size_t) for name in names.split()]
+
+    libc = ctypes.CDLL(None)
+    libc.mallinfo2.restype = Mallinfo2
+    info = libc.mallinfo2()
+    return info.uordblks + info.hblkhd
+
+
+@pytest.mark.unsanitized
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: _core.Scene(),
+        lambda: _core.Progress(),
+        lambda: _core.Spacetime.kerr(1.0, 0.5),
+    ],
+    ids=["Scene", "Progress", "Spacetime"],
+)
+def test_handles_do_not_leak(make):
+    def grow():
+        gc.collect()
+        before = allocated_bytes()
+        for _ in range(1000):
+            make()
+        gc.collect()
+        return allocated_bytes() - before
+
+    grow()  # fills free lists and caches
+    assert grow() < 1000  # less than a byte a handle
