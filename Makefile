@@ -42,7 +42,7 @@ lint: .venv/ready
 	$(python) -m ruff format --check .
 	.venv/bin/cmake -S native -B build/lint -G Ninja -DSKBUILD=ON -DCMAKE_COMPILE_WARNING_AS_ERROR=ON \
 	  -DPython_EXECUTABLE="$(CURDIR)/$(python)" -DCMAKE_MAKE_PROGRAM="$(CURDIR)/.venv/bin/ninja" --log-level=WARNING
-	.venv/bin/cmake --build build/lint
+	.venv/bin/cmake --build build/lint -- --quiet
 
 bench: build/native.stamp
 	$(python) tests/bench/run.py

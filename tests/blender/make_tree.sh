@@ -3,11 +3,11 @@
 # network, takes a minute). Does nothing where it is ready. Blender's version there is Debian's newest.
 set -eu
 tree=$1 here=$(dirname "$(readlink -f "$0")")
-[ ! -e "$tree/.ready" ] || exit 0
 if [ "$(id -u)" != 0 ]; then
-    echo "The real Blender is installed into a system tree of its own, which only root can make: sudo make test-blender" >&2
+    echo "The real Blender runs in a system tree of its own, which only root can make and enter: sudo make test-blender" >&2
     exit 1
 fi
+[ ! -e "$tree/.ready" ] || exit 0
 command -v debootstrap >/dev/null || { apt-get -qq update; apt-get -qq install --no-install-recommends debootstrap; }
 mirror=$(sed -n 's/^URIs: *\([^ ]*\).*/\1/p; s/^deb \(\[[^]]*\] \)\?\([^ ]*\) .*/\2/p' \
     /etc/apt/sources.list.d/debian.sources /etc/apt/sources.list 2>/dev/null | head -1)
