@@ -1,5 +1,113 @@
-/* Path tracing of a committed scene by tiles. */
+/* Path tracing of a committed scene by tiles: the camera, suns, settings, channels, and the call that renders. */
 #ifndef BENTLIGHT_RENDER_H
 #define BENTLIGHT_RENDER_H
 #include "bentlight/intersect.h"
+
+/* Projections as Blender's Cycles defines them. In camera space the view is along -z, x points right and y up. */
+typedef enum bent_camera_kind {
+  BENT_CAMERA_PERSPECTIVE,
+  BENT_CAMERA_ORTHOGRAPHIC,
+  BENT_CAMERA_EQUIRECTANGULAR,
+  BENT_CAMERA_EQUIANGULAR_CUBEMAP_FACE,
+  BENT_CAMERA_MIRRORBALL,
+  BENT_CAMERA_FISHEYE_EQUIDISTANT,
+  BENT_CAMERA_FISHEYE_EQUISOLID,
+  BENT_CAMERA_FISHEYE_LENS_POLYNOMIAL,
+  BENT_CAMERA_CENTRAL_CYLINDRICAL,
+  BENT_CAMERA_KINDS
+} bent_camera_kind;
+
+/* Parameters of a kind that is not used are ignored. Angles in radians. */
+typedef struct bent_camera {
+  bent_camera_kind kind;
+  double world_from_camera[4][4]; /* affine; the scale of each axis is removed */
+  /* What the image covers: left, right, bottom, top. Perspective: on the plane at distance 1; orthographic: scene
+   * units; panoramic: the projection's own (u, v), which is 0, 1, 0, 1 for the whole panorama. */
+  double viewplane[4];
+  double clip_start, clip_end; /* depth for perspective and orthographic, distance for panoramic; clip_end > clip_start */
+  double longitude[2], latitude[2];      /* equirectangular: at u, v = 0 and 1 */
+  double fisheye_fov;                    /* fisheye: full angle of view */
+  double fisheye_lens;                   /* equisolid: focal length, mm */
+  double sensor_width, sensor_height;    /* equisolid, polynomial: mm */
+  double fisheye_polynomial[5];          /* k0 .. k4: angle = -(k0 + k1 r + ... + k4 r^4), r in mm */
+  double cylinder_longitude[2], cylinder_height[2], cylinder_radius; /* central cylindrical */
+} bent_camera;
+
+/* Like every edit, this takes a bent_scene_commit to become visible. */
+bent_status bent_scene_set_camera(bent_scene *scene, const bent_camera *camera, bent_error *error);
+
+/* A sun is a disk of even radiance on the asymptotic sky: a ray that escapes in its direction sees it. */
+typedef struct bent_sun {
+  double direction[3]; /* towards the sun, world; any length but 0 */
+  double radiance[3];  /* linear RGB, added to the sky's */
+  double angle;        /* angular diameter, in (0, pi] */
+  uint32_t visibility; /* bent_visibility bits: the kinds of ray that see it */
+} bent_sun;
+
+/* Replaces all suns. Irradiance of a surface that faces a sun: pi sin^2(angle/2) radiance. */
+bent_status bent_scene_set_suns(bent_scene *scene, size_t count, const bent_sun *suns, bent_error *error);
+
+typedef enum bent_filter_kind { BENT_FILTER_BLACKMAN_HARRIS, BENT_FILTER_GAUSSIAN, BENT_FILTER_BOX } bent_filter_kind;
+
+typedef struct bent_render_settings {
+  uint32_t width, height;              /* of the full image, pixels */
+  uint32_t first_sample, sample_count; /* the samples of each pixel to take; first_sample + sample_count < 2^31 */
+  uint32_t seed;
+  /* Scattering events a path may have before its last one, which still gathers emission: as Cycles counts bounces.
+   * The total, and by kind of lobe. Straight passes through transparent surfaces are counted apart. */
+  uint32_t max_bounces, diffuse_bounces, glossy_bounces, transmission_bounces, transparent_bounces;
+  uint32_t roulette_start;   /* bounces before Russian roulette may end a path */
+  double tolerance;          /* wanted angular error of each ray, radians, in (0, 0.1]; see bent_scene_render_tile */
+  bent_filter_kind filter;
+  double filter_width;       /* full width in pixels, in [0.01, 10] */
+  int film_transparent;      /* the sky seen by the camera has alpha 0 and no color in `combined` */
+  double clamp_indirect;     /* largest contribution (mean of RGB) of a path after its second scattering; 0: off */
+  double alpha_threshold;    /* surfaces less opaque than this are not described by depth, position and normal */
+} bent_render_settings;
+
+/* The defaults of Blender's Cycles where it has the setting; width and height are 0 and must be set. */
+bent_render_settings bent_render_settings_default(void);
+
+/* How the samples of a pixel become its value. */
+typedef enum bent_reduction {
+  BENT_MEAN,  /* mean over the samples taken */
+  BENT_MAX,   /* largest over the samples taken */
+  BENT_FIRST, /* the value of the first sample of the range, as Cycles does for depth and position */
+  BENT_COUNT  /* the number of samples taken */
+} bent_reduction;
+
+typedef struct bent_channel {
+  const char *name;
+  int components;
+  bent_reduction reduction;
+  const char *description;
+} bent_channel;
+
+/* The one table of what a render can deliver. */
+const bent_channel *bent_render_channels(size_t *count);
+enum { BENT_CHANNELS_MAX = 16 };
+
+/* What happened in a call; for reports. */
+typedef struct bent_render_statistics {
+  uint64_t samples;    /* pixel samples finished */
+  uint64_t rays;       /* rays traced, all bounces */
+  uint64_t unresolved; /* rays whose tolerance could not be met: black, and pi in the channel `error` */
+  uint64_t invalid;    /* samples that came out NaN or infinite (broken input): counted black */
+} bent_render_statistics;
+
+/* Renders the tile [x, x + width) x [y, y + height), pixels counted from the image's bottom left, into channels[i]:
+ * float (height, width, components) of the i-th channel, row by row from the bottom, or NULL where not wanted.
+ *
+ * Every random number is a function of (seed, pixel, sample, dimension), and a pixel's samples are its own, so the
+ * result does not depend, to the last bit, on tiles, their order or threads; and merging two sample ranges by their
+ * counts gives the range that spans both (to float rounding).
+ *
+ * Tolerance: rays are traced to `tolerance` radians, or a tenth of the central pixel's angle if that is smaller; a hit
+ * may lie off its true ray by that angle times the distance from the ray's origin to the nearest spacetime object.
+ *
+ * progress counts pixel samples. On BENT_CANCELLED the channels hold what was finished: the channel sample_count says
+ * how many samples each pixel has (0: all its channels are 0). */
+bent_status bent_scene_render_tile(const bent_scene *scene, uint32_t x, uint32_t y, uint32_t width, uint32_t height,
+                                   const bent_render_settings *settings, float *const channels[BENT_CHANNELS_MAX],
+                                   bent_render_statistics *statistics, bent_progress *progress, bent_error *error);
 #endif

@@ -5,5 +5,16 @@ scene units, angles in radians.
 """
 
 from ._core import Cancelled, Progress, Spacetime, instruction_set
+from .render import CHANNELS, RenderSettings, RenderStatistics
+from .scene import Scene
 
-__all__ = ["Cancelled", "Progress", "Spacetime", "instruction_set"]
+__all__ = [
+    "CHANNELS",
+    "Cancelled",
+    "Progress",
+    "RenderSettings",
+    "RenderStatistics",
+    "Scene",
+    "Spacetime",
+    "instruction_set",
+]

@@ -19,7 +19,8 @@ static int execute(PyObject *module)
       scene_add_type(module) < 0)
     return -1;
   return PyModule_AddFunctions(module, module_functions) < 0 || PyModule_AddFunctions(module, trace_functions) < 0 ||
-                 PyModule_AddFunctions(module, table_functions) < 0
+                 PyModule_AddFunctions(module, table_functions) < 0 ||
+                 PyModule_AddFunctions(module, render_functions) < 0
              ? -1
              : 0;
 }

@@ -1,4 +1,295 @@
-/* Scene methods for the camera and rendering tiles. */
+/* Scene methods for the camera, suns and rendering tiles; and the render topic's module functions. */
 #include "python.h"
 
-PyMethodDef scene_render_methods[] = {{0}};
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "render/camera.h"
+#include "render/filter.h"
+#include "render/sampler.h"
+#include "scene/scene.h"
+
+static const char *const CAMERA_KINDS[BENT_CAMERA_KINDS] = {
+    [BENT_CAMERA_PERSPECTIVE] = "PERSPECTIVE",
+    [BENT_CAMERA_ORTHOGRAPHIC] = "ORTHOGRAPHIC",
+    [BENT_CAMERA_EQUIRECTANGULAR] = "EQUIRECTANGULAR",
+    [BENT_CAMERA_EQUIANGULAR_CUBEMAP_FACE] = "EQUIANGULAR_CUBEMAP_FACE",
+    [BENT_CAMERA_MIRRORBALL] = "MIRRORBALL",
+    [BENT_CAMERA_FISHEYE_EQUIDISTANT] = "FISHEYE_EQUIDISTANT",
+    [BENT_CAMERA_FISHEYE_EQUISOLID] = "FISHEYE_EQUISOLID",
+    [BENT_CAMERA_FISHEYE_LENS_POLYNOMIAL] = "FISHEYE_LENS_POLYNOMIAL",
+    [BENT_CAMERA_CENTRAL_CYLINDRICAL] = "CENTRAL_CYLINDRICAL",
+};
+static const char *const FILTERS[] = {"BLACKMAN_HARRIS", "GAUSSIAN", "BOX"};
+static const char *const REDUCTIONS[] = {
+    [BENT_MEAN] = "mean", [BENT_MAX] = "max", [BENT_FIRST] = "first", [BENT_COUNT] = "count"};
+
+#define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
+
+/* Index of `text` among `names`, or -1 with a ValueError that lists them. */
+static int choose(const char *text, const char *what, const char *const *names, int count)
+{
+  char list[512] = "";
+  size_t used = 0;
+  for (int i = 0; i < count; i++) {
+    if (!strcmp(text, names[i])) return i;
+    const int wrote = PyOS_snprintf(list + used, sizeof list - used, "%s'%s'", i ? ", " : "", names[i]);
+    if (wrote > 0 && used + (size_t)wrote < sizeof list) used += (size_t)wrote;
+  }
+  PyErr_Format(PyExc_ValueError, "%s: expected one of %s, got '%s'", what, list, text);
+  return -1;
+}
+
+static PyObject *set_camera(PyObject *self, PyObject *args, PyObject *keywords)
+{
+  static char *names[] = {"kind", "world_from_camera", "viewplane", "clip_start", "clip_end", "longitude_min",
+                          "longitude_max", "latitude_min", "latitude_max", "fisheye_fov", "fisheye_lens",
+                          "sensor_width", "sensor_height", "fisheye_polynomial_k0", "fisheye_polynomial_k1",
+                          "fisheye_polynomial_k2", "fisheye_polynomial_k3", "fisheye_polynomial_k4",
+                          "central_cylindrical_range_u_min", "central_cylindrical_range_u_max",
+                          "central_cylindrical_range_v_min", "central_cylindrical_range_v_max",
+                          "central_cylindrical_radius", NULL};
+  bent_camera c = {0};
+  const char *kind;
+  PyObject *matrix;
+  double *k = c.fisheye_polynomial;
+  if (!PyArg_ParseTupleAndKeywords(
+          args, keywords, "sO(dddd)dddddddddddddddddddd:set_camera", names, &kind, &matrix, &c.viewplane[0],
+          &c.viewplane[1], &c.viewplane[2], &c.viewplane[3], &c.clip_start, &c.clip_end, &c.longitude[0],
+          &c.longitude[1], &c.latitude[0], &c.latitude[1], &c.fisheye_fov, &c.fisheye_lens, &c.sensor_width,
+          &c.sensor_height, &k[0], &k[1], &k[2], &k[3], &k[4], &c.cylinder_longitude[0], &c.cylinder_longitude[1],
+          &c.cylinder_height[0], &c.cylinder_height[1], &c.cylinder_radius))
+    return NULL;
+  const int chosen = choose(kind, "camera kind", CAMERA_KINDS, BENT_CAMERA_KINDS);
+  Py_ssize_t shape[] = {4, 4};
+  buffer world_from_camera;
+  if (chosen < 0 || buffer_get(&world_from_camera, matrix, "world_from_camera", 'd', 2, shape, BUFFER_FINITE))
+    return NULL;
+  c.kind = (bent_camera_kind)chosen;
+  memcpy(c.world_from_camera, buffer_data(&world_from_camera), sizeof c.world_from_camera);
+  buffer_release(&world_from_camera);
+  bent_error error;
+  bent_scene *scene = scene_value(self);
+  if (!scene) return NULL;
+  if (bent_scene_set_camera(scene, &c, &error)) return raise_error(&error);
+  Py_RETURN_NONE;
+}
+
+static PyObject *camera_rays(PyObject *self, PyObject *args)
+{
+  PyObject *objects[4];
+  if (!PyArg_ParseTuple(args, "OOOO:camera_rays", &objects[0], &objects[1], &objects[2], &objects[3])) return NULL;
+  const bent_scene *scene = scene_value(self);
+  if (!scene) return NULL;
+  if (!scene->camera) return PyErr_SetString(PyExc_RuntimeError, "scene: no camera is set"), NULL;
+  Py_ssize_t points_shape[] = {-1, 2}, rays_shape[] = {-1, 3}, range_shape[] = {-1, 3};
+  buffer b[4] = {0};
+  PyObject *result = NULL;
+  if (!buffer_get(&b[0], objects[0], "points", 'd', 2, points_shape, BUFFER_FINITE) &&
+      (rays_shape[0] = range_shape[0] = points_shape[0], 1) &&
+      !buffer_get(&b[1], objects[1], "origins", 'd', 2, rays_shape, BUFFER_WRITE) &&
+      !buffer_get(&b[2], objects[2], "directions", 'd', 2, rays_shape, BUFFER_WRITE) &&
+      !buffer_get(&b[3], objects[3], "range", 'd', 2, range_shape, BUFFER_WRITE)) {
+    const double(*points)[2] = buffer_data(&b[0]);
+    double(*origins)[3] = buffer_data(&b[1]), (*directions)[3] = buffer_data(&b[2]), (*range)[3] = buffer_data(&b[3]);
+    for (Py_ssize_t i = 0; i < points_shape[0]; i++) {
+      camera_ray ray;
+      if (!camera_cast(scene->camera, points[i][0], points[i][1], &ray))
+        ray = (camera_ray){{NAN, NAN, NAN}, {NAN, NAN, NAN}, NAN, NAN, NAN};
+      v3_to(origins[i], ray.origin);
+      v3_to(directions[i], ray.direction);
+      range[i][0] = ray.length_min, range[i][1] = ray.length_max, range[i][2] = ray.depth_per_length;
+    }
+    result = Py_NewRef(Py_None);
+  }
+  buffer_release_all(b, 4);
+  return result;
+}
+
+static PyObject *set_suns(PyObject *self, PyObject *args)
+{
+  PyObject *objects[4];
+  if (!PyArg_ParseTuple(args, "OOOO:set_suns", &objects[0], &objects[1], &objects[2], &objects[3])) return NULL;
+  bent_scene *scene = scene_value(self);
+  if (!scene) return NULL;
+  Py_ssize_t shape[] = {-1, 3}, count[] = {-1};
+  buffer b[4] = {0};
+  PyObject *result = NULL;
+  if (!buffer_get(&b[0], objects[0], "directions", 'd', 2, shape, 0) && (count[0] = shape[0], 1) &&
+      !buffer_get(&b[1], objects[1], "radiance", 'd', 2, shape, 0) &&
+      !buffer_get(&b[2], objects[2], "angle", 'd', 1, count, 0) &&
+      !buffer_get(&b[3], objects[3], "visibility", 'I', 1, count, 0)) {
+    bent_sun *suns = calloc((size_t)count[0] + 1, sizeof *suns);
+    const double(*directions)[3] = buffer_data(&b[0]), (*radiance)[3] = buffer_data(&b[1]), *angle = buffer_data(&b[2]);
+    const uint32_t *visibility = buffer_data(&b[3]);
+    for (Py_ssize_t i = 0; suns && i < count[0]; i++) {
+      memcpy(suns[i].direction, directions[i], sizeof suns[i].direction);
+      memcpy(suns[i].radiance, radiance[i], sizeof suns[i].radiance);
+      suns[i].angle = angle[i], suns[i].visibility = visibility[i];
+    }
+    bent_error error;
+    if (!suns)
+      PyErr_NoMemory();
+    else if (bent_scene_set_suns(scene, (size_t)count[0], suns, &error))
+      raise_error(&error);
+    else
+      result = Py_NewRef(Py_None);
+    free(suns);
+  }
+  buffer_release_all(b, 4);
+  return result;
+}
+
+/* Takes the arrays of a dict {channel name: array} in the order of the table. Returns 0, or -1 with an error. */
+static int get_channels(PyObject *dict, Py_ssize_t height, Py_ssize_t width, buffer buffers[BENT_CHANNELS_MAX],
+                        float *arrays[BENT_CHANNELS_MAX])
+{
+  size_t count;
+  const bent_channel *table = bent_render_channels(&count);
+  const char *names[BENT_CHANNELS_MAX];
+  for (size_t i = 0; i < count; i++) names[i] = table[i].name;
+  PyObject *key, *value;
+  for (Py_ssize_t position = 0; PyDict_Next(dict, &position, &key, &value);) {
+    const char *name = PyUnicode_Check(key) ? PyUnicode_AsUTF8AndSize(key, NULL) : NULL;
+    if (!name) {
+      if (!PyErr_Occurred()) PyErr_SetString(PyExc_TypeError, "channels: expected names as keys");
+      return -1;
+    }
+    const int i = choose(name, "channels", names, (int)count);
+    if (i < 0) return -1;
+    Py_ssize_t shape[] = {height, width, table[i].components};
+    if (buffer_get(&buffers[i], value, name, 'f', 3, shape, BUFFER_WRITE)) return -1;
+    arrays[i] = buffer_data(&buffers[i]);
+  }
+  return 0;
+}
+
+/* Whole-number fields of RenderSettings, in the order in which render_tile parses them. */
+enum { WHOLE_FIELDS = 11 };
+
+static int set_whole_fields(bent_render_settings *s, const long long whole[WHOLE_FIELDS], char *const names[])
+{
+  uint32_t *const fields[WHOLE_FIELDS] = {
+      &s->width, &s->height, &s->first_sample, &s->sample_count, &s->seed, &s->max_bounces, &s->diffuse_bounces,
+      &s->glossy_bounces, &s->transmission_bounces, &s->transparent_bounces, &s->roulette_start};
+  for (int i = 0; i < WHOLE_FIELDS; i++) {
+    if (whole[i] < 0 || whole[i] > UINT32_MAX) {
+      PyErr_Format(PyExc_ValueError, "%s: expected a number from 0 to 2^32 - 1, got %lld", names[i], whole[i]);
+      return -1;
+    }
+    *fields[i] = (uint32_t)whole[i];
+  }
+  return 0;
+}
+
+static PyObject *render_tile(PyObject *self, PyObject *args, PyObject *keywords)
+{
+  /* All names after the third are RenderSettings' fields, which render.py passes by name. */
+  static char *names[] = {"tile", "channels", "progress", "width", "height", "first_sample", "sample_count", "seed",
+                          "max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces",
+                          "transparent_bounces", "roulette_start", "tolerance", "filter", "filter_width",
+                          "film_transparent", "clamp_indirect", "alpha_threshold", NULL};
+  bent_render_settings s = {0};
+  long long tile[4], whole[WHOLE_FIELDS];
+  PyObject *channels, *progress_object;
+  const char *filter;
+  if (!PyArg_ParseTupleAndKeywords(
+          args, keywords, "(LLLL)O!OLLLLLLLLLLLdsdpdd:render_tile", names, &tile[0], &tile[1], &tile[2], &tile[3],
+          &PyDict_Type, &channels, &progress_object, &whole[0], &whole[1], &whole[2], &whole[3], &whole[4], &whole[5],
+          &whole[6], &whole[7], &whole[8], &whole[9], &whole[10], &s.tolerance, &filter, &s.filter_width,
+          &s.film_transparent, &s.clamp_indirect, &s.alpha_threshold))
+    return NULL;
+  int ok;
+  bent_progress *progress = progress_value(progress_object, &ok);
+  const bent_scene *scene = scene_value(self);
+  const int kind = choose(filter, "filter", FILTERS, COUNT(FILTERS));
+  if (!ok || !scene || kind < 0 || set_whole_fields(&s, whole, names + 3)) return NULL;
+  s.filter = (bent_filter_kind)kind;
+  for (int i = 0; i < 4; i++)
+    if (tile[i] < 0 || tile[i] > INT32_MAX)
+      return PyErr_Format(PyExc_ValueError, "tile: expected x, y, width, height from 0 to 2^31 - 1, got %lld", tile[i]);
+  buffer buffers[BENT_CHANNELS_MAX] = {0};
+  float *arrays[BENT_CHANNELS_MAX] = {0};
+  bent_render_statistics statistics = {0};
+  PyObject *result = NULL;
+  if (!get_channels(channels, tile[3], tile[2], buffers, arrays)) {
+    bent_error error;
+    bent_status status;
+    Py_BEGIN_ALLOW_THREADS
+    status = bent_scene_render_tile(scene, (uint32_t)tile[0], (uint32_t)tile[1], (uint32_t)tile[2], (uint32_t)tile[3],
+                                    &s, arrays, &statistics, progress, &error);
+    Py_END_ALLOW_THREADS
+    result = status ? raise_error(&error)
+                    : Py_BuildValue("{sKsKsKsK}", "samples", (unsigned long long)statistics.samples, "rays",
+                                    (unsigned long long)statistics.rays, "unresolved",
+                                    (unsigned long long)statistics.unresolved, "invalid",
+                                    (unsigned long long)statistics.invalid);
+  }
+  buffer_release_all(buffers, BENT_CHANNELS_MAX);
+  return result;
+}
+
+static PyObject *render_channels(PyObject *module, PyObject *unused)
+{
+  (void)module, (void)unused;
+  size_t count;
+  const bent_channel *table = bent_render_channels(&count);
+  PyObject *list = PyList_New(0);
+  for (size_t i = 0; list && i < count; i++) {
+    PyObject *row = Py_BuildValue("(siss)", table[i].name, table[i].components, REDUCTIONS[table[i].reduction],
+                                  table[i].description);
+    if (!row || PyList_Append(list, row) < 0) Py_CLEAR(list);
+    Py_XDECREF(row);
+  }
+  return list;
+}
+
+static PyObject *sobol_points(PyObject *module, PyObject *args)
+{
+  (void)module;
+  unsigned seed, x, y, set, first;
+  PyObject *object;
+  if (!PyArg_ParseTuple(args, "IIIIIO:sobol_points", &seed, &x, &y, &set, &first, &object)) return NULL;
+  Py_ssize_t shape[] = {-1, SAMPLER_DIMENSIONS};
+  buffer out;
+  if (buffer_get(&out, object, "out", 'd', 2, shape, BUFFER_WRITE)) return NULL;
+  sampler s;
+  sampler_init(&s);
+  const uint32_t key = sampler_pixel_key(seed, x, y);
+  double(*points)[SAMPLER_DIMENSIONS] = buffer_data(&out);
+  for (Py_ssize_t i = 0; i < shape[0]; i++) sampler_draw(&s, key, first + (uint32_t)i, set, points[i]);
+  buffer_release(&out);
+  Py_RETURN_NONE;
+}
+
+static PyObject *filter_offsets(PyObject *module, PyObject *args)
+{
+  (void)module;
+  const char *name;
+  double width;
+  PyObject *object;
+  if (!PyArg_ParseTuple(args, "sdO:filter_offsets", &name, &width, &object)) return NULL;
+  const int kind = choose(name, "filter", FILTERS, COUNT(FILTERS));
+  Py_ssize_t shape[] = {-1};
+  buffer values;
+  if (kind < 0 || buffer_get(&values, object, "u", 'd', 1, shape, BUFFER_WRITE)) return NULL;
+  pixel_filter filter;
+  filter_init(&filter, (bent_filter_kind)kind, width);
+  double *u = buffer_data(&values);
+  for (Py_ssize_t i = 0; i < shape[0]; i++) u[i] = filter_offset(&filter, u[i]);
+  buffer_release(&values);
+  Py_RETURN_NONE;
+}
+
+/* The numpy-facing signatures and docstrings are in render.py. */
+#define KEYWORDS(function) (PyCFunction)(void (*)(void))function, METH_VARARGS | METH_KEYWORDS
+PyMethodDef scene_render_methods[] = {{"_set_camera", KEYWORDS(set_camera), NULL},
+                                      {"_camera_rays", camera_rays, METH_VARARGS, NULL},
+                                      {"_set_suns", set_suns, METH_VARARGS, NULL},
+                                      {"_render_tile", KEYWORDS(render_tile), NULL},
+                                      {0}};
+PyMethodDef render_functions[] = {{"render_channels", render_channels, METH_NOARGS, NULL},
+                                  {"sobol_points", sobol_points, METH_VARARGS, NULL},
+                                  {"filter_offsets", filter_offsets, METH_VARARGS, NULL},
+                                  {0}};

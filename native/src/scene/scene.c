@@ -3,6 +3,9 @@
 
 #include <stdlib.h>
 
+#include "render/camera.h"
+#include "render/suns.h"
+
 bent_status bent_scene_new(bent_scene **out, bent_error *error)
 {
   *out = calloc(1, sizeof **out);
@@ -11,5 +14,8 @@ bent_status bent_scene_new(bent_scene **out, bent_error *error)
 
 void bent_scene_free(bent_scene *scene)
 {
+  if (!scene) return;
+  camera_free(scene->camera);
+  suns_free(scene->suns);
   free(scene);
 }

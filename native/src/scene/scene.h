@@ -6,11 +6,13 @@
 typedef struct geometry geometry;     /* meshes, instances, spacetime objects and Embree: geometry/geometry.h */
 typedef struct shading shading;       /* images, materials, world program: scene/shading.h */
 typedef struct camera camera;         /* render/camera.h */
+typedef struct suns suns;             /* render/suns.h */
 
 struct bent_scene {
   geometry *geometry;
   shading *shading;
   camera *camera;
+  suns *suns;
   int committed;
 };
 #endif

@@ -1,0 +1,224 @@
+"""Path tracing by tiles: camera, suns, settings and the channels of a render.
+
+`RenderMethods` gives these methods to `Scene`. Angles are in radians, lengths in scene units, colors linear RGB.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from math import inf, pi
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _core
+
+
+class Channel(NamedTuple):
+    """One thing a render can deliver. `reduction` says how a pixel's samples become its value: 'mean', 'max', 'first'
+    (the first sample of the range, as Cycles does for depth and position) or 'count'. To merge two sample ranges,
+    weight means by their counts, take the larger maximum, keep the earlier first, and add counts."""
+
+    name: str
+    components: int
+    reduction: str
+    description: str
+
+
+CHANNELS: dict[str, Channel] = {row[0]: Channel(*row) for row in _core.render_channels()}
+
+
+@dataclass(frozen=True)
+class RenderSettings:
+    """How to render; the defaults are those of Cycles where it has the setting.
+
+    width, height: size of the full image, pixels.
+    first_sample, sample_count: which samples of every pixel to take; their sum stays below 2**31.
+    max_bounces: scatterings before the last one, in all and by kind of lobe, counted as Cycles does: at 0 a path
+        scatters once and gathers emission only. transparent_bounces counts straight passes through surfaces.
+    roulette_start: bounces before Russian roulette may end a path.
+    tolerance: wanted angular error of every ray, in (0, 0.1]; a tenth of a pixel's angle is used if that is smaller.
+    filter: 'BLACKMAN_HARRIS', 'GAUSSIAN' or 'BOX' (one pixel wide); filter_width: its full width, pixels.
+    film_transparent: the sky that the camera sees has alpha 0 and no color in `combined`.
+    clamp_indirect: largest contribution (mean of RGB) of a path after its second scattering; 0 is off.
+    alpha_threshold: surfaces less opaque than this are passed over by depth, position and normal.
+    """
+
+    width: int
+    height: int
+    first_sample: int = 0
+    sample_count: int = 1
+    seed: int = 0
+    max_bounces: int = 12
+    diffuse_bounces: int = 4
+    glossy_bounces: int = 4
+    transmission_bounces: int = 12
+    transparent_bounces: int = 8
+    roulette_start: int = 3
+    tolerance: float = 1e-4
+    filter: str = "BLACKMAN_HARRIS"
+    filter_width: float = 1.5
+    film_transparent: bool = False
+    clamp_indirect: float = 0.0
+    alpha_threshold: float = 0.5
+
+
+class RenderStatistics(NamedTuple):
+    """What happened in a call of `render_tile`.
+
+    samples: pixel samples finished. rays: rays traced, all bounces.
+    unresolved: rays whose tolerance could not be met; they are black, and pi in the channel `error`.
+    invalid: samples that came out NaN or infinite because of broken input; they count as black.
+    """
+
+    samples: int
+    rays: int
+    unresolved: int
+    invalid: int
+
+
+class CameraRays(NamedTuple):
+    """Camera rays; every entry of a row is NaN where the projection has none (outside a fisheye's circle).
+
+    origins, directions: (n, 3) float64, world; directions are unit vectors.
+    length_min, length_max: (n,) float64, the clip range as length along the ray.
+    depth_per_length: (n,) float64, z depth of the point at unit distance; 1 where depth means distance.
+    """
+
+    origins: NDArray[np.float64]
+    directions: NDArray[np.float64]
+    length_min: NDArray[np.float64]
+    length_max: NDArray[np.float64]
+    depth_per_length: NDArray[np.float64]
+
+
+class RenderMethods:
+    """The methods of `Scene` that concern rendering."""
+
+    def set_camera(
+        self,
+        kind: str,
+        world_from_camera: ArrayLike,
+        viewplane: tuple[float, float, float, float],
+        clip_start: float = 0.0,
+        clip_end: float = inf,
+        *,
+        longitude_min: float = -pi,
+        longitude_max: float = pi,
+        latitude_min: float = -pi / 2,
+        latitude_max: float = pi / 2,
+        fisheye_fov: float = pi,
+        fisheye_lens: float = 10.5,
+        sensor_width: float = 36.0,
+        sensor_height: float = 24.0,
+        fisheye_polynomial_k0: float = 0.0,
+        fisheye_polynomial_k1: float = 0.0,
+        fisheye_polynomial_k2: float = 0.0,
+        fisheye_polynomial_k3: float = 0.0,
+        fisheye_polynomial_k4: float = 0.0,
+        central_cylindrical_range_u_min: float = -pi,
+        central_cylindrical_range_u_max: float = pi,
+        central_cylindrical_range_v_min: float = -1.0,
+        central_cylindrical_range_v_max: float = 1.0,
+        central_cylindrical_radius: float = 1.0,
+    ) -> None:
+        """Set the camera; visible after commit().
+
+        kind: 'PERSPECTIVE', 'ORTHOGRAPHIC', or a panorama as in Cycles: 'EQUIRECTANGULAR',
+            'EQUIANGULAR_CUBEMAP_FACE', 'MIRRORBALL', 'FISHEYE_EQUIDISTANT', 'FISHEYE_EQUISOLID',
+            'FISHEYE_LENS_POLYNOMIAL', 'CENTRAL_CYLINDRICAL'.
+        world_from_camera: (4, 4); in camera space the view is along -z, x points right, y up. Its scale is ignored.
+        viewplane: left, right, bottom, top of the image, shift included: on the plane at distance 1 (perspective), in
+            scene units (orthographic), or in the panorama's (u, v), where (0, 1, 0, 1) is all of it.
+        clip_start, clip_end: z depth (perspective, orthographic) or distance (panoramas).
+        The rest are the parameters of the panoramas, named as Blender's camera properties; sensor and lens in mm.
+        Raises ValueError for an unknown kind, a singular matrix or a parameter out of its range.
+        """
+        self._set_camera(
+            kind,
+            np.ascontiguousarray(world_from_camera, dtype=np.float64),
+            tuple(viewplane),
+            clip_start,
+            clip_end,
+            longitude_min,
+            longitude_max,
+            latitude_min,
+            latitude_max,
+            fisheye_fov,
+            fisheye_lens,
+            sensor_width,
+            sensor_height,
+            fisheye_polynomial_k0,
+            fisheye_polynomial_k1,
+            fisheye_polynomial_k2,
+            fisheye_polynomial_k3,
+            fisheye_polynomial_k4,
+            central_cylindrical_range_u_min,
+            central_cylindrical_range_u_max,
+            central_cylindrical_range_v_min,
+            central_cylindrical_range_v_max,
+            central_cylindrical_radius,
+        )
+
+    def camera_rays(self, points: ArrayLike) -> CameraRays:
+        """The rays through points of the image, (n, 2) in [0, 1] from its left and bottom edges."""
+        points = np.ascontiguousarray(points, dtype=np.float64)
+        origins, directions, ranges = (np.empty((len(points), 3)) for _ in range(3))
+        self._camera_rays(points, origins, directions, ranges)
+        return CameraRays(origins, directions, *ranges.T)
+
+    def set_suns(
+        self, directions: ArrayLike, radiance: ArrayLike, angle: ArrayLike, visibility: ArrayLike = 15
+    ) -> None:
+        """Replace all suns, disks of even radiance on the asymptotic sky; visible after commit().
+
+        directions: (n, 3), towards each sun. radiance: (n, 3) linear RGB; a surface that faces the sun receives
+        pi * sin(angle / 2)**2 * radiance. angle: scalar or (n,), angular diameter in (0, pi]. visibility: scalar or
+        (n,) bits: camera 1, diffuse 2, glossy 4, transmission 8.
+        """
+        directions = np.ascontiguousarray(directions, dtype=np.float64).reshape(-1, 3)
+        radiance = np.ascontiguousarray(radiance, dtype=np.float64).reshape(-1, 3)
+        count = len(directions)
+        self._set_suns(
+            directions,
+            radiance,
+            np.array(np.broadcast_to(angle, (count,)), dtype=np.float64),
+            np.array(np.broadcast_to(visibility, (count,)), dtype=np.uint32),
+        )
+
+    def render_tile(
+        self,
+        x: int,
+        y: int,
+        width: int,
+        height: int,
+        settings: RenderSettings,
+        channels: Mapping[str, NDArray[np.float32]],
+        progress: "_core.Progress | None" = None,
+    ) -> RenderStatistics:
+        """Render one tile of the image and write it into `channels`.
+
+        x, y, width, height: the tile in pixels, counted from the bottom left of the full image, rows upwards.
+        channels: for each wanted name of CHANNELS a C-contiguous float32 array (height, width, components).
+        progress: `done` counts pixel samples; after cancel() the call raises Cancelled within 0.1 s and the arrays
+            hold what was finished: the channel `sample_count` says how many samples each pixel has (0: all zero).
+        The result is the same to the last bit for any tiles, order and number of threads. Releases the GIL.
+        Raises ValueError for bad settings or arrays, RuntimeError without a camera or before commit().
+        """
+        values = {field.name: getattr(settings, field.name) for field in fields(settings)}
+        return RenderStatistics(**self._render_tile((x, y, width, height), dict(channels), progress, **values))
+
+
+def sobol_points(seed: int, pixel: tuple[int, int], dimension_set: int, first: int, count: int) -> NDArray[np.float64]:
+    """The renderer's random numbers: samples first .. first + count - 1 of a pixel in one set of four dimensions,
+    (count, 4) in [0, 1). Owen-scrambled Sobol points, independent between sets and pixels. Set 0 is the camera's."""
+    out = np.empty((count, 4))
+    _core.sobol_points(seed, pixel[0], pixel[1], dimension_set, first, out)
+    return out
+
+
+def filter_offsets(kind: str, width: float, u: ArrayLike) -> NDArray[np.float64]:
+    """Offsets from a pixel's center, in pixels, for numbers u in [0, 1): inverse cumulative of the pixel filter."""
+    out = np.array(u, dtype=np.float64, ndmin=1)
+    _core.filter_offsets(kind, width, out)
+    return out

@@ -1,0 +1,8 @@
+"""Scene: the core's handle with the numpy-facing methods of every topic."""
+
+from . import _core
+from .render import RenderMethods
+
+
+class Scene(RenderMethods, _core.Scene):
+    """A scene: edit it from one thread, commit(), then read it from many."""

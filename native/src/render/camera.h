@@ -1,0 +1,25 @@
+/* The camera: from a point of the image to a ray. */
+#ifndef BENT_RENDER_CAMERA_H
+#define BENT_RENDER_CAMERA_H
+#include "base/vec3.h"
+#include "bentlight/render.h"
+
+typedef struct camera camera;
+struct camera {
+  bent_camera settings;
+  mat4 world_from_camera; /* without scale */
+};
+
+typedef struct camera_ray {
+  vec3 origin, direction; /* world; unit */
+  double length_min, length_max;
+  double depth_per_length; /* z depth of a point at unit distance along the ray; 1 where depth means distance */
+} camera_ray;
+
+/* The ray through the point (x, y) of the image, in [0, 1] from its left and bottom edges. Returns 0 where the
+ * projection has no ray (outside a fisheye's circle). */
+int camera_cast(const camera *camera, double x, double y, camera_ray *ray);
+/* Inverse of world_from_camera's rotation: a world direction in camera space. */
+vec3 camera_from_world_direction(const camera *camera, vec3 direction);
+void camera_free(camera *camera);
+#endif
