@@ -4,7 +4,6 @@ import itertools
 
 import numpy as np
 import pytest
-
 from bentlight_native.render import filter_offsets, sobol_points
 
 
@@ -48,11 +47,7 @@ def chi_square_z(counts: np.ndarray) -> float:
 def across_pixels() -> np.ndarray:
     """Sample 5 of sets 1 and 2 of 64 x 64 pixels, (4096, 8): what must look like plain random numbers."""
     return np.array(
-        [
-            np.concatenate([sobol_points(9, (x, y), s, 5, 1)[0] for s in (1, 2)])
-            for y in range(64)
-            for x in range(64)
-        ]
+        [np.concatenate([sobol_points(9, (x, y), s, 5, 1)[0] for s in (1, 2)]) for y in range(64) for x in range(64)]
     )
 
 

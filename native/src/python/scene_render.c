@@ -289,7 +289,12 @@ PyMethodDef scene_render_methods[] = {{"_set_camera", KEYWORDS(set_camera), NULL
                                       {"_set_suns", set_suns, METH_VARARGS, NULL},
                                       {"_render_tile", KEYWORDS(render_tile), NULL},
                                       {0}};
-PyMethodDef render_functions[] = {{"render_channels", render_channels, METH_NOARGS, NULL},
-                                  {"sobol_points", sobol_points, METH_VARARGS, NULL},
-                                  {"filter_offsets", filter_offsets, METH_VARARGS, NULL},
-                                  {0}};
+PyMethodDef render_functions[] = {
+    {"render_channels", render_channels, METH_NOARGS,
+     "render_channels() -> list[tuple[str, int, str, str]]\n\n"
+     "The channels of a render: name, number of components, reduction, description."},
+    {"sobol_points", sobol_points, METH_VARARGS,
+     "sobol_points(seed, x, y, set, first, out)\n\nFills out, (n, 4) float64, with a pixel's samples from `first` on."},
+    {"filter_offsets", filter_offsets, METH_VARARGS,
+     "filter_offsets(kind, width, values)\n\nReplaces values, (n,) float64 in [0, 1), by offsets in pixels."},
+    {0}};
