@@ -18,7 +18,7 @@ SHELL := /bin/bash
 python := .venv/bin/python
 python_4.5 := .venv-4.5/bin/python
 pip_build := -m pip --disable-pip-version-check --quiet
-pytest := -m pytest -n 2 --dist loadgroup
+pytest := -m pytest -n 2 --dist loadfile
 
 render: build/native.stamp
 	$(python) examples/room_schwarzschild.py
@@ -28,13 +28,14 @@ test: test-python test-python-4.5 test-sanitized
 test-python: build/native.stamp
 	$(python) $(pytest) tests
 
+# The oldest Blender with the oldest instruction set; the sanitizers take the one between, test-python the best.
 test-python-4.5: build/native-4.5.stamp
-	$(python_4.5) $(pytest) tests
+	BENTLIGHT_ISA=v2 $(python_4.5) $(pytest) tests
 
 # Python itself leaks at exit, so leaks are looked for in the C program alone, which has no Python in it.
 test-sanitized: build/sanitized.stamp
 	build/sanitized/cmake/bentlight_smoke
-	LD_PRELOAD="$$(cc -print-file-name=libasan.so)" ASAN_OPTIONS=detect_leaks=0 PYTHONMALLOC=malloc \
+	LD_PRELOAD="$$(cc -print-file-name=libasan.so)" ASAN_OPTIONS=detect_leaks=0 PYTHONMALLOC=malloc BENTLIGHT_ISA=v3 \
 	  PYTHONPATH=build/sanitized/site $(python) $(pytest) tests/native -m "not unsanitized"
 
 lint: .venv/ready
