@@ -10,7 +10,8 @@
 #include "bentlight/spacetime.h" /* the spacetimes, their charts and local frames */
 #include "bentlight/trace.h"     /* rays to infinity or the horizon */
 #include "bentlight/table.h"     /* deflection tables */
-#include "bentlight/scene.h"     /* meshes, instances, spacetime objects, materials, world, camera */
+#include "bentlight/scene.h"     /* meshes, instances, spacetime objects */
+#include "bentlight/shading.h"   /* images, materials, the world */
 #include "bentlight/intersect.h" /* curved rays against the scene */
 #include "bentlight/render.h"    /* path tracing by tiles */
 #endif

@@ -5,12 +5,16 @@ scene units, angles in radians.
 """
 
 from ._core import Cancelled, Progress, Spacetime, instruction_set
+from .program import OPERATIONS, Program, ProgramBuilder
 from .render import CHANNELS, RenderSettings, RenderStatistics
 from .scene import Scene
 
 __all__ = [
     "CHANNELS",
+    "OPERATIONS",
     "Cancelled",
+    "Program",
+    "ProgramBuilder",
     "Progress",
     "RenderSettings",
     "RenderStatistics",

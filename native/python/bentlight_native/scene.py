@@ -2,7 +2,8 @@
 
 from . import _core
 from .render import RenderMethods
+from .shading import ShadingMethods
 
 
-class Scene(RenderMethods, _core.Scene):
+class Scene(RenderMethods, ShadingMethods, _core.Scene):
     """A scene: edit it from one thread, commit(), then read it from many."""

@@ -1,4 +1,290 @@
-/* Scene methods for images, materials and the world. */
+/* Scene methods for images, materials and the world, and for looking at a material outside a render. */
 #include "python.h"
+#include "render/bsdf.h"
+#include "scene/scene.h"
+#include "scene/shading.h"
 
-PyMethodDef scene_shading_methods[] = {{0}};
+/* The order of the numbers of a shade_point row; python/bentlight_native/shading.py writes them by the same names. */
+enum { POINT_NUMBERS = 23 };
+static const char *const point_fields[] = {"position", "generated", "wo", "geometric_normal", "normal", "tangent",
+                                           "tangent_sign", "uv", "object_index", "backfacing", NULL};
+
+static shade_point point_from(const double *n)
+{
+  return (shade_point){.position = v3_from(n), .generated = v3_from(n + 3), .wo = v3_from(n + 6),
+                       .geometric_normal = v3_from(n + 9), .normal = v3_from(n + 12), .tangent = v3_from(n + 15),
+                       .tangent_sign = n[18], .uv = {n[19], n[20]}, .object_index = (float)n[21],
+                       .backfacing = n[22] != 0};
+}
+
+/* Float or byte pixels of shape (height, width, 4). */
+static int image_get(PyObject *object, int is_bytes, int srgb, buffer *held, bent_image *out)
+{
+  Py_ssize_t shape[3] = {-1, -1, 4};
+  if (buffer_get(held, object, "pixels", is_bytes ? 'B' : 'f', 3, shape, BUFFER_FINITE) < 0) return -1;
+  *out = (bent_image){.width = (size_t)shape[1], .height = (size_t)shape[0], .srgb = srgb};
+  if (is_bytes) out->bytes = buffer_data(held);
+  else out->pixels = buffer_data(held);
+  return 0;
+}
+
+static PyObject *add_image(PyObject *self, PyObject *args)
+{
+  PyObject *pixels;
+  int is_bytes, srgb, index;
+  buffer held = {0};
+  bent_image image;
+  bent_error error;
+  if (!PyArg_ParseTuple(args, "Opp", &pixels, &is_bytes, &srgb) || image_get(pixels, is_bytes, srgb, &held, &image) < 0)
+    return NULL;
+  const bent_status status = bent_scene_add_image(scene_value(self), &image, &index, &error);
+  buffer_release(&held);
+  return status ? raise_error(&error) : PyLong_FromLong(index);
+}
+
+static PyObject *update_image(PyObject *self, PyObject *args)
+{
+  PyObject *pixels;
+  int is_bytes, srgb, index;
+  buffer held = {0};
+  bent_image image;
+  bent_error error;
+  if (!PyArg_ParseTuple(args, "iOpp", &index, &pixels, &is_bytes, &srgb) ||
+      image_get(pixels, is_bytes, srgb, &held, &image) < 0)
+    return NULL;
+  const bent_status status = bent_scene_update_image(scene_value(self), index, &image, &error);
+  buffer_release(&held);
+  if (status) return raise_error(&error);
+  Py_RETURN_NONE;
+}
+
+/* Code, constants and table of a program. `held` has three places. */
+static int program_get(PyObject *const objects[3], buffer *held, bent_program *out)
+{
+  Py_ssize_t length[1] = {-1}, constants[2] = {-1, 3}, table[2] = {-1, 4};
+  if (buffer_get(&held[0], objects[0], "code", 'i', 1, length, BUFFER_READ) < 0 ||
+      buffer_get(&held[1], objects[1], "constants", 'd', 2, constants, BUFFER_FINITE) < 0 ||
+      buffer_get(&held[2], objects[2], "table", 'f', 2, table, BUFFER_FINITE) < 0) {
+    buffer_release_all(held, 3);
+    return -1;
+  }
+  *out = (bent_program){.code = buffer_data(&held[0]), .code_length = (size_t)length[0],
+                        .constants = buffer_data(&held[1]), .constant_count = (size_t)constants[0],
+                        .table = buffer_data(&held[2]), .table_length = (size_t)table[0]};
+  return 0;
+}
+
+static PyObject *add_material(PyObject *self, PyObject *args)
+{
+  PyObject *parts[3];
+  buffer held[3] = {0};
+  bent_program program;
+  bent_error error;
+  int index;
+  if (!PyArg_ParseTuple(args, "OOO", &parts[0], &parts[1], &parts[2]) || program_get(parts, held, &program) < 0)
+    return NULL;
+  const bent_status status = bent_scene_add_material(scene_value(self), &program, &index, &error);
+  buffer_release_all(held, 3);
+  return status ? raise_error(&error) : PyLong_FromLong(index);
+}
+
+static PyObject *update_material(PyObject *self, PyObject *args)
+{
+  PyObject *parts[3];
+  buffer held[3] = {0};
+  bent_program program;
+  bent_error error;
+  int index;
+  if (!PyArg_ParseTuple(args, "iOOO", &index, &parts[0], &parts[1], &parts[2]) || program_get(parts, held, &program) < 0)
+    return NULL;
+  const bent_status status = bent_scene_update_material(scene_value(self), index, &program, &error);
+  buffer_release_all(held, 3);
+  if (status) return raise_error(&error);
+  Py_RETURN_NONE;
+}
+
+static PyObject *set_world(PyObject *self, PyObject *args)
+{
+  PyObject *parts[3] = {Py_None, Py_None, Py_None};
+  buffer held[3] = {0};
+  bent_program program;
+  bent_error error;
+  if (!PyArg_ParseTuple(args, "|OOO", &parts[0], &parts[1], &parts[2])) return NULL;
+  const int empty = parts[0] == Py_None;
+  if (!empty && program_get(parts, held, &program) < 0) return NULL;
+  const bent_status status = bent_scene_set_world(scene_value(self), empty ? NULL : &program, &error);
+  buffer_release_all(held, 3);
+  if (status) return raise_error(&error);
+  Py_RETURN_NONE;
+}
+
+static PyObject *shade(PyObject *self, PyObject *args)
+{
+  int material;
+  PyObject *points, *results;
+  Py_ssize_t in[2] = {-1, POINT_NUMBERS}, out[2] = {-1, 6};
+  buffer held[2] = {0};
+  if (!PyArg_ParseTuple(args, "iOO", &material, &points, &results) ||
+      buffer_get(&held[0], points, "points", 'd', 2, in, BUFFER_FINITE) < 0 || (out[0] = in[0], 0) ||
+      buffer_get(&held[1], results, "results", 'd', 2, out, BUFFER_WRITE) < 0) {
+    buffer_release_all(held, 2);
+    return NULL;
+  }
+  const shading *shading = scene_value(self)->shading;
+  const double *point = buffer_data(&held[0]);
+  double *result = buffer_data(&held[1]);
+  Py_BEGIN_ALLOW_THREADS
+  for (Py_ssize_t i = 0; i < in[0]; i++) {
+    closure_set set;
+    const shade_point p = point_from(point + i * POINT_NUMBERS);
+    shading_evaluate(shading, material, &p, &set);
+    v3_to(result + 6 * i, set.emission);
+    v3_to(result + 6 * i + 3, bsdf_albedo(&set));
+  }
+  Py_END_ALLOW_THREADS
+  buffer_release_all(held, 2);
+  Py_RETURN_NONE;
+}
+
+static PyObject *sky(PyObject *self, PyObject *args)
+{
+  PyObject *directions, *radiance;
+  Py_ssize_t shape[2] = {-1, 3};
+  buffer held[2] = {0};
+  if (!PyArg_ParseTuple(args, "OO", &directions, &radiance) ||
+      buffer_get(&held[0], directions, "directions", 'd', 2, shape, BUFFER_FINITE) < 0 ||
+      buffer_get(&held[1], radiance, "radiance", 'd', 2, shape, BUFFER_WRITE) < 0) {
+    buffer_release_all(held, 2);
+    return NULL;
+  }
+  const shading *shading = scene_value(self)->shading;
+  const double *direction = buffer_data(&held[0]);
+  double *out = buffer_data(&held[1]);
+  Py_BEGIN_ALLOW_THREADS
+  for (Py_ssize_t i = 0; i < shape[0]; i++) v3_to(out + 3 * i, shading_sky(shading, v3_from(direction + 3 * i)));
+  Py_END_ALLOW_THREADS
+  buffer_release_all(held, 2);
+  Py_RETURN_NONE;
+}
+
+/* The closures of `material` at one point, for the two functions below. */
+static int closures_get(PyObject *self, int material, PyObject *row, shade_point *point, closure_set *set)
+{
+  Py_ssize_t shape[1] = {POINT_NUMBERS};
+  buffer held = {0};
+  if (buffer_get(&held, row, "point", 'd', 1, shape, BUFFER_FINITE) < 0) return -1;
+  *point = point_from(buffer_data(&held));
+  buffer_release(&held);
+  shading_evaluate(scene_value(self)->shading, material, point, set);
+  return 0;
+}
+
+static PyObject *draw_bsdf(PyObject *self, PyObject *args)
+{
+  int material;
+  PyObject *row, *randoms, *samples;
+  shade_point point;
+  closure_set set;
+  Py_ssize_t in[2] = {-1, 3}, out[2] = {-1, 8};
+  buffer held[2] = {0};
+  if (!PyArg_ParseTuple(args, "iOOO", &material, &row, &randoms, &samples) ||
+      closures_get(self, material, row, &point, &set) < 0 ||
+      buffer_get(&held[0], randoms, "u", 'd', 2, in, BUFFER_FINITE) < 0 || (out[0] = in[0], 0) ||
+      buffer_get(&held[1], samples, "samples", 'd', 2, out, BUFFER_WRITE) < 0) {
+    buffer_release_all(held, 2);
+    return NULL;
+  }
+  const double *u = buffer_data(&held[0]);
+  double *result = buffer_data(&held[1]);
+  Py_BEGIN_ALLOW_THREADS
+  for (Py_ssize_t i = 0; i < in[0]; i++) {
+    bsdf_sample sample = {0};
+    if (!bsdf_draw(&set, &point, u + 3 * i, &sample)) sample = (bsdf_sample){0};
+    v3_to(result + 8 * i, sample.wi);
+    v3_to(result + 8 * i + 3, sample.weight);
+    result[8 * i + 6] = sample.pdf;
+    result[8 * i + 7] = sample.lobe;
+  }
+  Py_END_ALLOW_THREADS
+  buffer_release_all(held, 2);
+  Py_RETURN_NONE;
+}
+
+static PyObject *evaluate_bsdf(PyObject *self, PyObject *args)
+{
+  int material;
+  PyObject *row, *directions, *values;
+  shade_point point;
+  closure_set set;
+  Py_ssize_t in[2] = {-1, 3}, out[2] = {-1, 4};
+  buffer held[2] = {0};
+  if (!PyArg_ParseTuple(args, "iOOO", &material, &row, &directions, &values) ||
+      closures_get(self, material, row, &point, &set) < 0 ||
+      buffer_get(&held[0], directions, "wi", 'd', 2, in, BUFFER_FINITE) < 0 || (out[0] = in[0], 0) ||
+      buffer_get(&held[1], values, "values", 'd', 2, out, BUFFER_WRITE) < 0) {
+    buffer_release_all(held, 2);
+    return NULL;
+  }
+  const double *wi = buffer_data(&held[0]);
+  double *result = buffer_data(&held[1]);
+  Py_BEGIN_ALLOW_THREADS
+  for (Py_ssize_t i = 0; i < in[0]; i++)
+    v3_to(result + 4 * i, bsdf_evaluate(&set, &point, v3_from(wi + 3 * i), &result[4 * i + 3]));
+  Py_END_ALLOW_THREADS
+  buffer_release_all(held, 2);
+  Py_RETURN_NONE;
+}
+
+static PyObject *strings(const char *const *names)
+{
+  PyObject *list = PyList_New(0);
+  for (; list && *names; names++) {
+    PyObject *name = PyUnicode_FromString(*names);
+    if (!name || PyList_Append(list, name) < 0) Py_CLEAR(list);
+    Py_XDECREF(name);
+  }
+  return list;
+}
+
+static PyObject *opcode_tuple(const bent_opcode *opcode)
+{
+  PyObject *choices = PyList_New(0);
+  for (int i = 0; choices && opcode->choices[i]; i++) {
+    PyObject *names = strings(opcode->choices[i]);
+    if (!names || PyList_Append(choices, names) < 0) Py_CLEAR(choices);
+    Py_XDECREF(names);
+  }
+  return choices ? Py_BuildValue("(siiN)", opcode->name, opcode->outputs, opcode->operands, choices) : NULL;
+}
+
+static PyObject *opcodes(PyObject *unused, PyObject *none)
+{
+  (void)unused, (void)none;
+  PyObject *list = PyList_New(0);
+  for (int i = 0; list && bent_opcode_info(i); i++) {
+    PyObject *entry = opcode_tuple(bent_opcode_info(i));
+    if (!entry || PyList_Append(list, entry) < 0) Py_CLEAR(list);
+    Py_XDECREF(entry);
+  }
+  return list;
+}
+
+static PyObject *fields(PyObject *unused, PyObject *none)
+{
+  (void)unused, (void)none;
+  return strings(point_fields);
+}
+
+PyMethodDef scene_shading_methods[] = {
+    {"_opcodes", opcodes, METH_NOARGS | METH_STATIC, "List of (name, outputs, operands, choices of each immediate)."},
+    {"_point_fields", fields, METH_NOARGS | METH_STATIC, "Names of the parts of a row of points, in order."},
+    {"_add_image", add_image, METH_VARARGS, "(pixels, is_bytes, srgb) -> int"},
+    {"_update_image", update_image, METH_VARARGS, "(index, pixels, is_bytes, srgb)"},
+    {"_add_material", add_material, METH_VARARGS, "(code, constants, table) -> int"},
+    {"_update_material", update_material, METH_VARARGS, "(index, code, constants, table)"},
+    {"_set_world", set_world, METH_VARARGS, "(code=None, constants=None, table=None)"},
+    {"_shade", shade, METH_VARARGS, "(material, points (n, 23), results (n, 6): emission, albedo)"},
+    {"_sky", sky, METH_VARARGS, "(directions (n, 3), radiance (n, 3))"},
+    {"_draw_bsdf", draw_bsdf, METH_VARARGS, "(material, point (23,), u (n, 3), samples (n, 8): wi, weight, pdf, lobe)"},
+    {"_evaluate_bsdf", evaluate_bsdf, METH_VARARGS, "(material, point (23,), wi (n, 3), values (n, 4): value, pdf)"},
+    {0}};

@@ -1,4 +1,8 @@
-/* Sampling and evaluating a closure_set. wo and wi point away from the surface; all directions are local. */
+/* Sampling and evaluating a closure_set. wo and wi point away from the surface; all directions are local.
+ *
+ * Radiance that is refracted is not scaled by the square of the IOR (the convention of Blender: what is carried is the
+ * basic radiance L / n^2), so a path's throughput may be used as it is.
+ */
 #ifndef BENT_RENDER_BSDF_H
 #define BENT_RENDER_BSDF_H
 #include "scene/shading.h"
@@ -16,6 +20,6 @@ typedef struct bsdf_sample {
 int bsdf_draw(const closure_set *set, const shade_point *point, const double u[3], bsdf_sample *out);
 /* f(wo, wi) |cos| over the non-delta lobes, and the pdf that bsdf_draw has there. */
 vec3 bsdf_evaluate(const closure_set *set, const shade_point *point, vec3 wi, double *pdf);
-/* Albedo for denoising: base color of diffuse and rough lobes, white for mirrors and glass as Cycles does. */
+/* Albedo for denoising: the directional albedo of the lobes but white for mirrors and smooth glass. */
 vec3 bsdf_albedo(const closure_set *set);
 #endif

@@ -5,11 +5,18 @@
 
 #include "render/camera.h"
 #include "render/suns.h"
+#include "scene/shading.h"
 
 bent_status bent_scene_new(bent_scene **out, bent_error *error)
 {
   *out = calloc(1, sizeof **out);
-  return *out ? BENT_OK : bent_fail(error, BENT_ERROR_MEMORY, "scene: out of memory");
+  if (!*out) return bent_fail(error, BENT_ERROR_MEMORY, "scene: out of memory");
+  const bent_status status = shading_new(&(*out)->shading, error);
+  if (status) {
+    bent_scene_free(*out);
+    *out = NULL;
+  }
+  return status;
 }
 
 void bent_scene_free(bent_scene *scene)
@@ -17,5 +24,6 @@ void bent_scene_free(bent_scene *scene)
   if (!scene) return;
   camera_free(scene->camera);
   suns_free(scene->suns);
+  shading_free(scene->shading);
   free(scene);
 }

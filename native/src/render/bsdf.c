@@ -1,0 +1,194 @@
+/* Sampling and evaluation of closure sets: lobes are mixed by their shares (one-sample balance heuristic). */
+#include "render/bsdf.h"
+
+#include "scene/fresnel.h"
+#include "scene/microfacet.h"
+
+typedef struct frame {
+  vec3 x, y, z;
+} frame;
+
+/* Duff et al., "Building an Orthonormal Basis, Revisited" (JCGT 2017). */
+static frame frame_around(vec3 z)
+{
+  const double sign = copysign(1, z.z), a = -1 / (sign + z.z), b = z.x * z.y * a;
+  return (frame){v3(1 + sign * z.x * z.x * a, sign * b, -sign * z.x), v3(b, sign + z.y * z.y * a, -z.y), z};
+}
+static vec3 into_frame(const frame *f, vec3 v) { return v3(v3_dot(f->x, v), v3_dot(f->y, v), v3_dot(f->z, v)); }
+static vec3 out_of_frame(const frame *f, vec3 v)
+{
+  return v3_add(v3_add(v3_scale(f->x, v.x), v3_scale(f->y, v.y)), v3_scale(f->z, v.z));
+}
+
+/* f |cos| and pdf of one lobe. */
+typedef struct lobe_value {
+  vec3 value;
+  double pdf;
+} lobe_value;
+
+/* Softens the terminator where a normal map turns the normal away from the smooth one: Conty et al., "A Microfacet-Based
+ * Shadowing Function to Solve the Bump Terminator Problem" (Ray Tracing Gems, 2019), with its cubic fade. */
+static double bump_shadow(vec3 smooth, vec3 normal, vec3 wi)
+{
+  const double cosine = v3_dot(normal, wi) * v3_dot(smooth, normal), g = cosine != 0 ? v3_dot(smooth, wi) / cosine : 0;
+  return g >= 1 ? 1 : g <= 0 ? 0 : g * (1 + g * (1 - g));
+}
+
+static lobe_value evaluate_diffuse(const closure *c, vec3 wo, vec3 wi)
+{
+  const double nl = v3_dot(c->normal, wi);
+  if (nl <= 0) return (lobe_value){{0, 0, 0}, 0};
+  lobe_value out = {v3_splat(nl / MICROFACET_PI), nl / MICROFACET_PI};
+  if (c->alpha > 0) {
+    const double nv = fmax(v3_dot(c->normal, wo), 0);
+    const double single = closure_oren_nayar_single(c->alpha, nl, nv, v3_dot(wi, wo));
+    const double missed = 1 - closure_oren_nayar_albedo(c->alpha, nl);
+    out.value = v3_scale(v3_add(v3_splat(single), v3_scale(c->multiscatter, missed)), nl);
+  }
+  return out;
+}
+
+/* wo and wi in the frame of the normal. Walter et al. (2007), equations 20, 21 and 41. */
+static lobe_value evaluate_microfacet(const closure *c, vec3 wo, vec3 wi)
+{
+  lobe_value out = {{0, 0, 0}, 0};
+  const int through = wi.z < 0;
+  if (wo.z <= 0 || wi.z == 0 || (through && c->kind != CLOSURE_GLASS)) return out;
+  vec3 h = through ? v3_mad(wi, c->ior, wo) : v3_add(wo, wi);
+  const double length = v3_length(h);
+  if (length < 1e-12) return out;
+  h = v3_scale(h, (h.z < 0 ? -1 : 1) / length);
+  const double cos_i = fmin(v3_dot(wo, h), 1), cos_o = v3_dot(wi, h);
+  if (cos_i <= 0 || (through ? cos_o >= 0 : cos_o <= 0)) return out;
+  vec3 reflected, transmitted;
+  double cos_t;
+  fresnel_colors(c, cos_i, &reflected, &transmitted, &cos_t);
+  const double r = v3_average(reflected), t = v3_average(transmitted);
+  if (r + t <= 0) return out;
+  const double lambda = ggx_lambda(wo.z, c->alpha), both = 1 + lambda + ggx_lambda(fabs(wi.z), c->alpha);
+  const double jacobian = through ? squared(c->ior / length) * fabs(cos_o) * cos_i : 0.25;
+  const double visible = ggx_density(h.z, c->alpha) * jacobian / (wo.z * (1 + lambda));
+  out.pdf = visible * (through ? t : r) / (r + t);
+  out.value = v3_scale(through ? transmitted : reflected, visible * (1 + lambda) / both * c->energy_scale);
+  return out;
+}
+
+static lobe_value evaluate_lobe(const closure *c, const shade_point *point, vec3 wi)
+{
+  const int through = v3_dot(point->geometric_normal, wi) < 0;
+  if (through != (v3_dot(c->normal, wi) < 0)) return (lobe_value){{0, 0, 0}, 0}; /* would leak through the surface */
+  lobe_value out;
+  if (c->kind == CLOSURE_DIFFUSE) {
+    out = evaluate_diffuse(c, point->wo, wi);
+  } else {
+    const frame f = frame_around(c->normal);
+    out = evaluate_microfacet(c, into_frame(&f, point->wo), into_frame(&f, wi));
+  }
+  if (!through && v3_dot(c->normal, point->normal) < 1 - 1e-9)
+    out.value = v3_scale(out.value, bump_shadow(point->normal, c->normal, wi));
+  out.value = v3_mul(out.value, c->weight);
+  return out;
+}
+
+vec3 bsdf_evaluate(const closure_set *set, const shade_point *point, vec3 wi, double *pdf)
+{
+  vec3 sum = v3(0, 0, 0);
+  *pdf = 0;
+  for (int i = 0; i < set->count; i++) {
+    const closure *c = &set->closures[i];
+    if (closure_is_delta(c)) continue;
+    const lobe_value lobe = evaluate_lobe(c, point, wi);
+    sum = v3_add(sum, lobe.value);
+    *pdf += lobe.pdf * c->share;
+  }
+  return sum;
+}
+
+/* Mirror, smooth glass or transparent: the weight without the lobe's share, which divides by the chance `*chance` of this
+ * one of its two directions. */
+static int draw_delta(const closure *c, const shade_point *point, double u, bsdf_sample *out)
+{
+  out->pdf = 0;
+  if (c->kind == CLOSURE_TRANSPARENT) {
+    out->wi = v3_scale(point->wo, -1);
+    out->weight = c->weight;
+    out->lobe = LOBE_TRANSPARENT;
+    return 1;
+  }
+  const double cos_i = fmin(v3_dot(c->normal, point->wo), 1);
+  if (cos_i <= 0) return 0;
+  vec3 reflected, transmitted;
+  double cos_t;
+  fresnel_colors(c, cos_i, &reflected, &transmitted, &cos_t);
+  const double r = v3_average(reflected), t = v3_average(transmitted), pick = u * (r + t);
+  if (r + t <= 0) return 0;
+  const int through = pick >= r && t > 0;
+  const double chance = (through ? t : r) / (r + t);
+  out->wi = v3_normalize(through ? refract(point->wo, c->normal, cos_i, cos_t, c->ior) : reflect(point->wo, c->normal));
+  out->lobe = through ? LOBE_TRANSMISSION : LOBE_GLOSSY;
+  out->weight = v3_mul(c->weight, v3_scale(through ? transmitted : reflected, 1 / chance));
+  return (v3_dot(out->wi, point->geometric_normal) < 0) == through;
+}
+
+/* A direction from one rough lobe. */
+static int draw_rough(const closure *c, const shade_point *point, double u0, double u1, double u2, bsdf_sample *out)
+{
+  const frame f = frame_around(c->normal);
+  if (c->kind == CLOSURE_DIFFUSE) {
+    const double r = sqrt(u0), phi = 2 * MICROFACET_PI * u1;
+    out->wi = out_of_frame(&f, v3(r * cos(phi), r * sin(phi), sqrt(fmax(0, 1 - u0))));
+    out->lobe = LOBE_DIFFUSE;
+    return 1;
+  }
+  const vec3 wo = into_frame(&f, point->wo);
+  if (wo.z <= 0) return 0;
+  const vec3 h = ggx_sample_visible(wo, c->alpha, u0, u1);
+  const double cos_i = fmin(v3_dot(wo, h), 1);
+  if (cos_i <= 0) return 0;
+  vec3 reflected, transmitted;
+  double cos_t;
+  fresnel_colors(c, cos_i, &reflected, &transmitted, &cos_t);
+  const double r = v3_average(reflected), t = v3_average(transmitted), pick = u2 * (r + t);
+  const int through = pick >= r && t > 0;
+  const vec3 wi = through ? refract(wo, h, cos_i, cos_t, c->ior) : reflect(wo, h);
+  if (r + t <= 0 || (wi.z < 0) != through) return 0;
+  out->wi = v3_normalize(out_of_frame(&f, wi));
+  out->lobe = through ? LOBE_TRANSMISSION : LOBE_GLOSSY;
+  return 1;
+}
+
+int bsdf_draw(const closure_set *set, const shade_point *point, const double u[3], bsdf_sample *out)
+{
+  double rest = u[2];
+  int chosen = -1;
+  for (int i = 0; i < set->count; i++) {
+    const double share = set->closures[i].share;
+    if (!(share > 0)) continue;
+    chosen = i;
+    if (rest < share) break;
+    rest -= share;
+  }
+  if (chosen < 0) return 0;
+  const closure *c = &set->closures[chosen];
+  rest = fmin(fmax(rest / c->share, 0), 1 - 1e-9); /* again uniform in [0, 1) */
+  if (closure_is_delta(c)) {
+    if (!draw_delta(c, point, rest, out)) return 0;
+    out->weight = v3_scale(out->weight, 1 / c->share);
+    return 1;
+  }
+  if (!draw_rough(c, point, u[0], u[1], rest, out)) return 0;
+  const vec3 value = bsdf_evaluate(set, point, out->wi, &out->pdf);
+  if (!(out->pdf > 0) || !isfinite(out->pdf)) return 0;
+  out->weight = v3_scale(value, 1 / out->pdf);
+  return v3_max(out->weight) > 0;
+}
+
+vec3 bsdf_albedo(const closure_set *set)
+{
+  vec3 sum = v3(0, 0, 0);
+  for (int i = 0; i < set->count; i++) {
+    const closure *c = &set->closures[i];
+    sum = v3_add(sum, closure_is_delta(c) ? v3_splat(v3_average(c->weight)) : c->albedo);
+  }
+  return v3_saturate(sum);
+}

@@ -1,0 +1,81 @@
+/* Scattering lobes: what a material program leaves behind at a hit, ready to be sampled by render/bsdf.h.
+ *
+ * The constructors do once per hit what does not depend on the outgoing direction: Fresnel colors, the energy lost between
+ * microfacets, and each lobe's share of the samples. The models are those of Blender 4.5's Principled BSDF.
+ */
+#ifndef BENT_SCENE_CLOSURE_H
+#define BENT_SCENE_CLOSURE_H
+#include "base/vec3.h"
+
+struct shade_point;
+
+typedef enum closure_kind {
+  CLOSURE_DIFFUSE,    /* Lambert; with roughness, energy-preserving Oren-Nayar */
+  CLOSURE_REFLECTION, /* GGX reflection; alpha 0: mirror */
+  CLOSURE_GLASS,      /* dielectric GGX reflection and refraction; alpha 0: smooth */
+  CLOSURE_TRANSPARENT /* passes straight on */
+} closure_kind;
+
+typedef enum fresnel_kind {
+  FRESNEL_NONE,       /* reflects everything (Glossy BSDF: its color is in the weight) */
+  FRESNEL_DIELECTRIC, /* unpolarized dielectric */
+  FRESNEL_TINTED,     /* the dielectric curve remapped to start at f0 instead of its own value at normal incidence */
+  FRESNEL_CONDUCTOR   /* Schlick from f0 to 1, minus `edge` * mu (1 - mu)^6 (F82 tint) */
+} fresnel_kind;
+
+typedef struct closure {
+  closure_kind kind;
+  fresnel_kind fresnel;
+  vec3 weight;              /* multiplies the lobe */
+  vec3 normal;              /* after normal maps, on the side of wo */
+  double share;             /* relative chance of being sampled; the set's shares sum to 1 after closure_set_finish */
+  double alpha;             /* microfacets: roughness^2; diffuse: Oren-Nayar roughness in [0, 1] */
+  double ior;               /* of the side beyond the surface relative to the side of wo */
+  double energy_scale;      /* makes up for light lost between microfacets; 1 for single scattering */
+  vec3 f0, edge;            /* Fresnel colors */
+  vec3 transmission_color;  /* glass: tint of what is refracted */
+  vec3 multiscatter;        /* diffuse with roughness: the part of the second bounce that depends on wo only */
+  vec3 albedo;              /* estimate, with the weight, for this wo */
+} closure;
+
+enum { CLOSURE_MAX = 16 };
+
+typedef struct closure_set {
+  int count;
+  int delta_count;               /* how many of them are delta lobes */
+  closure closures[CLOSURE_MAX]; /* further lobes are dropped */
+  vec3 emission;                 /* radiance leaving towards wo */
+} closure_set;
+
+/* Each adds at most one lobe with `weight` (colors >= 0, not finite counts as 0). `normal` may be any vector: a zero or
+ * not finite one becomes the point's shading normal. Roughness is Blender's, in [0, 1]. */
+void closure_add_diffuse(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color, double roughness,
+                         vec3 normal);
+void closure_add_glossy(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color, double roughness,
+                        vec3 normal, int multiscatter);
+void closure_add_glass(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color, double roughness,
+                       double ior, vec3 normal, int multiscatter);
+void closure_add_transparent(closure_set *set, vec3 weight);
+
+typedef struct principled {
+  vec3 base_color, normal, specular_tint, emission_color;
+  double metallic, roughness, diffuse_roughness, ior, specular_level, transmission, alpha, emission_strength;
+  int multiscatter;
+} principled;
+void closure_add_principled(closure_set *set, const struct shade_point *point, vec3 weight, const principled *p);
+
+/* The single-scattering part of the rough diffuse lobe (without cosine and color), and its albedo. sigma is the roughness;
+ * nl, nv, lv: cosines between normal, light and view. */
+double closure_oren_nayar_single(double sigma, double nl, double nv, double lv);
+double closure_oren_nayar_albedo(double sigma, double cos_n);
+
+/* Normalizes the shares. Call once after the last add. */
+void closure_set_finish(closure_set *set);
+
+/* The smooth limit: below this a microfacet lobe is a delta. Blender's threshold. */
+#define CLOSURE_ALPHA_MIN 1.4142135623730951e-5
+static inline int closure_is_delta(const closure *c)
+{
+  return c->kind == CLOSURE_TRANSPARENT || (c->kind != CLOSURE_DIFFUSE && c->alpha <= CLOSURE_ALPHA_MIN);
+}
+#endif

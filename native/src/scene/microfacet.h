@@ -1,0 +1,42 @@
+/* Isotropic GGX microfacets in the frame of the normal (z up), alpha > 0.
+ *
+ * Walter et al., "Microfacet Models for Refraction through Rough Surfaces" (EGSR 2007); height-correlated Smith masking of
+ * Heitz, "Understanding the Masking-Shadowing Function" (JCGT 2014); sampling by Dupuy and Benyoub, "Sampling Visible GGX
+ * Normals with Spherical Caps" (HPG 2023).
+ */
+#ifndef BENT_SCENE_MICROFACET_H
+#define BENT_SCENE_MICROFACET_H
+#include "base/vec3.h"
+
+#define MICROFACET_PI 3.14159265358979323846
+
+/* Density of normals at cos_h = n.h. */
+static inline double ggx_density(double cos_h, double alpha)
+{
+  const double a2 = alpha * alpha, c2 = cos_h * cos_h, t = 1 - c2 + a2 * c2; /* 1 + (a2 - 1) c2 without cancellation */
+  return a2 / (MICROFACET_PI * t * t);
+}
+static inline double ggx_lambda(double cos_n, double alpha)
+{
+  const double c2 = cos_n * cos_n;
+  return c2 >= 1 ? 0 : (sqrt(1 + alpha * alpha * (1 - c2) / c2) - 1) / 2;
+}
+
+/* A normal visible from w (w.z > 0), with density G1(w) max(0, w.h) D(h) / w.z. */
+static inline vec3 ggx_sample_visible(vec3 w, double alpha, double u0, double u1)
+{
+  const vec3 stretched = v3_normalize(v3(alpha * w.x, alpha * w.y, w.z));
+  const double phi = 2 * MICROFACET_PI * u0, z = (1 - u1) * (1 + stretched.z) - stretched.z;
+  const double r = sqrt(fmax(0, 1 - z * z));
+  const vec3 h = v3_add(v3(r * cos(phi), r * sin(phi), z), stretched);
+  const vec3 normal = v3_normalize(v3(alpha * h.x, alpha * h.y, fmax(h.z, 0)));
+  return normal.z > 0 ? normal : v3(0, 0, 1);
+}
+
+static inline vec3 reflect(vec3 w, vec3 h) { return v3_sub(v3_scale(h, 2 * v3_dot(w, h)), w); }
+/* cos_i = w.h > 0 and cos_t > 0 as fresnel_dielectric gives it for `eta`. */
+static inline vec3 refract(vec3 w, vec3 h, double cos_i, double cos_t, double eta)
+{
+  return v3_sub(v3_scale(h, cos_i / eta - cos_t), v3_scale(w, 1 / eta));
+}
+#endif

@@ -1,0 +1,111 @@
+/* The register machine that runs a compiled node tree once per hit.
+ *
+ * To add a node: one row in PROGRAM_OPS, one function op_<name> in a program_*.c file, and one compile function in the host
+ * (which finds the number of the operation by its name). Instructions whose operands are all constants are run once when
+ * the program is made, if their row says PURE.
+ */
+#ifndef BENT_SCENE_PROGRAM_H
+#define BENT_SCENE_PROGRAM_H
+#include "scene/shading.h"
+#include "scene/texture.h"
+
+enum { PROGRAM_REGISTERS = 1024, OPERANDS_MAX = 16 };
+
+/* What an operation sees besides its operands. */
+typedef struct program_context {
+  const shade_point *point;
+  const image *images;
+  const float (*table)[4];
+  closure_set *set;
+  int emission_only; /* scattering lobes are not wanted */
+} program_context;
+
+/* Reads in[0 ...], writes out[0 ...]; the counts are those of its row. */
+typedef void operation(const program_context *context, const vec3 *const *in, const int32_t *immediates, vec3 *out);
+
+typedef struct program {
+  int32_t *code;
+  vec3 *constants;
+  float (*table)[4];
+  size_t code_length, constant_count, table_length;
+  int may_be_transparent, may_emit;
+} program;
+
+/* Checks and copies; `image_count` images exist. Frees what `out` held before only if it succeeds. */
+bent_status program_make(program *out, const bent_program *source, int image_count, bent_error *error);
+void program_free(program *program);
+/* Runs the program; context->table is set by it, and closures are added to context->set. */
+void program_run(const program *program, program_context *context);
+
+/* Names of the values of an immediate, as Blender spells them; NULL at the end. */
+#define MATH_OPERATIONS(X)                                                                                             \
+  X(ADD) X(SUBTRACT) X(MULTIPLY) X(DIVIDE) X(MULTIPLY_ADD) X(POWER) X(LOGARITHM) X(SQRT) X(INVERSE_SQRT) X(ABSOLUTE)   \
+  X(EXPONENT) X(MINIMUM) X(MAXIMUM) X(LESS_THAN) X(GREATER_THAN) X(SIGN) X(COMPARE) X(SMOOTH_MIN) X(SMOOTH_MAX)        \
+  X(ROUND) X(FLOOR) X(CEIL) X(TRUNC) X(FRACT) X(MODULO) X(FLOORED_MODULO) X(WRAP) X(SNAP) X(PINGPONG) X(SINE)          \
+  X(COSINE) X(TANGENT) X(ARCSINE) X(ARCCOSINE) X(ARCTANGENT) X(ARCTAN2) X(SINH) X(COSH) X(TANH) X(RADIANS) X(DEGREES)
+#define BLEND_TYPES(X)                                                                                                 \
+  X(MIX) X(DARKEN) X(MULTIPLY) X(BURN) X(LIGHTEN) X(SCREEN) X(DODGE) X(ADD) X(OVERLAY) X(SOFT_LIGHT) X(LINEAR_LIGHT)   \
+  X(DIFFERENCE) X(EXCLUSION) X(SUBTRACT) X(DIVIDE) X(HUE) X(SATURATION) X(COLOR) X(VALUE)
+#define COORDINATES(X) X(UV) X(GENERATED) X(OBJECT) X(NORMAL) X(REFLECTION) X(POSITION) X(SHADING_NORMAL) X(OBJECT_INDEX)
+#define MAPPING_TYPES(X) X(POINT) X(TEXTURE) X(VECTOR) X(NORMAL)
+#define EXTENSIONS(X) X(REPEAT) X(EXTEND) X(CLIP) X(MIRROR)
+#define INTERPOLATIONS(X) X(Linear) X(Closest) X(Cubic) X(Smart)
+#define PROJECTIONS(X) X(FLAT) X(SPHERE) X(TUBE)
+#define ENVIRONMENT_PROJECTIONS(X) X(EQUIRECTANGULAR) X(MIRROR_BALL)
+#define NORMAL_SPACES(X) X(TANGENT) X(OBJECT) X(WORLD) X(BLENDER_OBJECT) X(BLENDER_WORLD)
+#define DISTRIBUTIONS(X) X(GGX) X(MULTI_GGX)
+#define CHANNELS(X) X(X) X(Y) X(Z)
+#define SWITCH(X) X(OFF) X(ON)
+
+/* name, outputs, operands, kind, names of each immediate (NAMES(list), or what it is a number of) */
+#define PROGRAM_OPS(OP)                                                                                                \
+  OP(coordinate, 1, 0, PER_POINT, NAMES(COORDINATES))                                                                  \
+  OP(gray, 1, 1, PURE, NONE)         /* color -> float: luminance */                                                   \
+  OP(average, 1, 1, PURE, NONE)      /* vector -> float */                                                             \
+  OP(channel, 1, 1, PURE, NAMES(CHANNELS))                                                                             \
+  OP(combine, 1, 3, PURE, NONE)                                                                                        \
+  OP(clamp, 1, 1, PURE, NONE)        /* to [0, 1] */                                                                   \
+  OP(math, 1, 3, PURE, NAMES(MATH_OPERATIONS))                                                                         \
+  OP(mix, 1, 3, PURE, NONE)          /* factor (per component), a, b */                                                \
+  OP(blend, 1, 3, PURE, NAMES(BLEND_TYPES)) /* factor, a, b */                                                         \
+  OP(multiply, 1, 2, PURE, NONE)                                                                                       \
+  OP(transform, 1, 5, PURE, NONE)    /* vector; three columns, translation */                                          \
+  OP(mapping, 1, 4, PURE, NAMES(MAPPING_TYPES)) /* vector, location, rotation, scale */                                \
+  OP(normal_map, 1, 2, PER_POINT, NAMES(NORMAL_SPACES)) /* strength, color */                                          \
+  OP(checker, 2, 4, PURE, NONE)      /* vector, color 1, color 2, scale -> color, factor */                            \
+  OP(ramp, 2, 1, PURE, table_start, table_count, NAMES(SWITCH)) /* factor -> color, alpha; smooth */                  \
+  OP(image, 2, 1, PER_POINT, image_index, NAMES(INTERPOLATIONS), NAMES(EXTENSIONS), NAMES(SWITCH)) /* straight alpha */ \
+  OP(project, 1, 1, PURE, NAMES(PROJECTIONS)) /* vector -> image coordinates */                                        \
+  OP(environment, 2, 1, PER_POINT, image_index, NAMES(INTERPOLATIONS), NAMES(ENVIRONMENT_PROJECTIONS))                 \
+  OP(emission, 0, 3, EMITS, NONE)    /* weight, color, strength */                                                     \
+  OP(transparent, 0, 2, SEE_THROUGH, NONE) /* weight, color */                                                         \
+  OP(diffuse, 0, 4, SCATTERS, NONE)  /* weight, color, roughness, normal */                                            \
+  OP(glossy, 0, 4, SCATTERS, NAMES(DISTRIBUTIONS)) /* weight, color, roughness, normal */                              \
+  OP(glass, 0, 5, SCATTERS, NAMES(DISTRIBUTIONS)) /* weight, color, roughness, ior, normal */                          \
+  /* weight, base color, metallic, roughness, diffuse roughness, ior, specular level, specular tint, transmission,    \
+   * alpha, normal, emission color, emission strength */                                                               \
+  OP(principled, 0, 13, PRINCIPLED, NAMES(DISTRIBUTIONS))
+
+#define ENUMERATION(name) name,
+typedef enum math_operation { MATH_OPERATIONS(ENUMERATION) } math_operation;
+#undef ENUMERATION
+#define ENUMERATION(name) BLEND_##name,
+typedef enum blend_type { BLEND_TYPES(ENUMERATION) } blend_type;
+#undef ENUMERATION
+#define ENUMERATION(name) COORDINATE_##name,
+typedef enum coordinate_kind { COORDINATES(ENUMERATION) } coordinate_kind;
+#undef ENUMERATION
+#define ENUMERATION(name) MAPPING_##name,
+typedef enum mapping_type { MAPPING_TYPES(ENUMERATION) } mapping_type;
+#undef ENUMERATION
+#define ENUMERATION(name) PROJECTION_##name,
+typedef enum projection { PROJECTIONS(ENUMERATION) } projection;
+#undef ENUMERATION
+#define ENUMERATION(name) SPACE_##name,
+typedef enum normal_space { NORMAL_SPACES(ENUMERATION) } normal_space;
+#undef ENUMERATION
+
+#define DECLARATION(name, ...) operation op_##name;
+PROGRAM_OPS(DECLARATION)
+#undef DECLARATION
+#endif

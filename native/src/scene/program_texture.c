@@ -1,0 +1,80 @@
+/* Textures as operations. */
+#include <math.h>
+
+#include "scene/fresnel.h"
+#include "scene/program.h"
+
+#define PI 3.14159265358979323846
+#define OPERATION(name)                                                                                                \
+  void op_##name(const program_context *context, const vec3 *const *in, const int32_t *immediates, vec3 *out)
+#define UNUSED (void)context, (void)in, (void)immediates
+
+/* Vector, two colors, scale. Nudged off the integers, where rounding would decide, by the same amounts as Cycles. */
+OPERATION(checker)
+{
+  UNUSED;
+  const vec3 p = v3_scale(v3_add(v3_scale(*in[0], in[3]->x), v3_splat(1e-6)), 0.999999);
+  const double sum = floor(p.x) + floor(p.y) + floor(p.z);
+  const int first = fmod(sum, 2) != 0;
+  out[0] = first ? *in[1] : *in[2];
+  out[1] = v3_splat(first);
+}
+
+OPERATION(ramp)
+{
+  UNUSED;
+  const float(*entries)[4] = context->table + immediates[0];
+  const int last = immediates[1] - 1;
+  const double position = saturate(in[0]->x) * last;
+  const int i = (int)position, next = i < last ? i + 1 : last;
+  const double t = immediates[2] ? position - i : 0;
+  double c[4];
+  for (int k = 0; k < 4; k++) c[k] = (1 - t) * entries[i][k] + t * entries[next][k];
+  out[0] = v3(c[0], c[1], c[2]);
+  out[1] = v3_splat(c[3]);
+}
+
+static void store(texel t, vec3 *out)
+{
+  out[0] = v3_from(t.color);
+  out[1] = v3_splat(t.alpha);
+}
+
+OPERATION(image)
+{
+  UNUSED;
+  store(image_lookup(&context->images[immediates[0]], in[0]->x, in[0]->y, (interpolation)immediates[1],
+                     (extension)immediates[2], immediates[3]), out);
+}
+
+/* Position in the unit cube to image coordinates on a sphere or tube around its center. */
+OPERATION(project)
+{
+  UNUSED;
+  const vec3 v = *in[0], c = v3_sub(v3_scale(v, 2), v3_splat(1));
+  if (immediates[0] == PROJECTION_FLAT) {
+    *out = v;
+    return;
+  }
+  const double around = c.x == 0 && c.y == 0 ? 0 : (1 - atan2(c.x, c.y) / PI) / 2, length = v3_length(c);
+  *out = immediates[0] == PROJECTION_TUBE ? v3(around, v.z, 0)
+                                          : v3(around, length > 0 ? 1 - acos(saturate((c.z / length + 1) / 2) * 2 - 1) / PI : 0, 0);
+}
+
+/* Direction to equirectangular or mirror-ball coordinates, in Blender's orientation: the middle of an equirectangular image
+ * lies along +x, its left and right edges along -x, up is +z. */
+OPERATION(environment)
+{
+  UNUSED;
+  vec3 d = v3_normalize(*in[0]);
+  double u, v;
+  if (immediates[2] == 0) {
+    u = 0.5 - atan2(d.y, d.x) / (2 * PI);
+    v = atan2(d.z, hypot(d.x, d.y)) / PI + 0.5;
+  } else {
+    const double scale = 2 * sqrt(fmax(-0.5 * (d.y - 1), 0));
+    u = 0.5 * ((scale > 0 ? d.x / scale : d.x) + 1);
+    v = 0.5 * ((scale > 0 ? d.z / scale : d.z) + 1);
+  }
+  store(image_lookup(&context->images[immediates[0]], u, v, (interpolation)immediates[1], EXTEND_REPEAT, 0), out);
+}

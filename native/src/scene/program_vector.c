@@ -1,0 +1,104 @@
+/* Operations on coordinates and normals. */
+#include <math.h>
+
+#include "scene/fresnel.h"
+#include "scene/microfacet.h"
+#include "scene/program.h"
+
+#define OPERATION(name)                                                                                                \
+  void op_##name(const program_context *context, const vec3 *const *in, const int32_t *immediates, vec3 *out)
+#define UNUSED (void)context, (void)in, (void)immediates
+
+static vec3 object_from_world_point(const shade_point *p, vec3 v)
+{
+  return p->object_from_world ? mat4_point(p->object_from_world, v) : v;
+}
+/* Normals are covectors: they go by the transpose of the inverse. */
+static vec3 object_from_world_normal(const shade_point *p, vec3 n)
+{
+  return p->world_from_object ? v3_normalize(mat4_transposed_vector(p->world_from_object, n)) : n;
+}
+static vec3 world_from_object_normal(const shade_point *p, vec3 n)
+{
+  return p->object_from_world ? v3_normalize(mat4_transposed_vector(p->object_from_world, n)) : n;
+}
+
+OPERATION(coordinate)
+{
+  UNUSED;
+  const shade_point *p = context->point;
+  switch ((coordinate_kind)immediates[0]) {
+    case COORDINATE_UV: *out = v3(p->uv[0], p->uv[1], 0); break;
+    case COORDINATE_GENERATED: *out = p->generated; break;
+    case COORDINATE_OBJECT: *out = object_from_world_point(p, p->position); break;
+    case COORDINATE_NORMAL: *out = object_from_world_normal(p, p->normal); break;
+    case COORDINATE_REFLECTION: *out = v3_scale(reflect(p->wo, p->normal), -1); break;
+    case COORDINATE_POSITION: *out = p->position; break;
+    case COORDINATE_SHADING_NORMAL: *out = p->normal; break;
+    case COORDINATE_OBJECT_INDEX: *out = v3_splat(p->object_index); break;
+  }
+}
+
+OPERATION(transform)
+{
+  UNUSED;
+  const vec3 v = *in[0];
+  *out = v3_add(v3_add(v3_scale(*in[1], v.x), v3_scale(*in[2], v.y)), v3_add(v3_scale(*in[3], v.z), *in[4]));
+}
+
+/* Columns of the rotation by Euler angles in the order X, Y, Z. */
+static void euler_columns(vec3 angles, vec3 columns[3])
+{
+  const double cx = cos(angles.x), sx = sin(angles.x), cy = cos(angles.y), sy = sin(angles.y), cz = cos(angles.z),
+               sz = sin(angles.z);
+  columns[0] = v3(cy * cz, cy * sz, -sy);
+  columns[1] = v3(sx * sy * cz - cx * sz, sx * sy * sz + cx * cz, sx * cy);
+  columns[2] = v3(cx * sy * cz + sx * sz, cx * sy * sz - sx * cz, cx * cy);
+}
+static vec3 divide(vec3 a, vec3 b)
+{
+  return v3(b.x != 0 ? a.x / b.x : 0, b.y != 0 ? a.y / b.y : 0, b.z != 0 ? a.z / b.z : 0);
+}
+
+OPERATION(mapping)
+{
+  UNUSED;
+  const vec3 location = *in[1], scale = *in[3];
+  const mapping_type type = immediates[0];
+  vec3 v = *in[0], r[3];
+  euler_columns(*in[2], r);
+  if (type == MAPPING_TEXTURE) {
+    v = v3_sub(v, location);
+    *out = divide(v3(v3_dot(r[0], v), v3_dot(r[1], v), v3_dot(r[2], v)), scale);
+    return;
+  }
+  v = type == MAPPING_NORMAL ? divide(v, scale) : v3_mul(v, scale);
+  v = v3_add(v3_add(v3_scale(r[0], v.x), v3_scale(r[1], v.y)), v3_scale(r[2], v.z));
+  *out = type == MAPPING_POINT ? v3_add(v, location) : type == MAPPING_NORMAL ? v3_normalize(v) : v;
+}
+
+/* Strength, color. Tangent space needs a UV map; without one the normal stays. */
+OPERATION(normal_map)
+{
+  UNUSED;
+  const shade_point *p = context->point;
+  const normal_space space = immediates[0];
+  const double strength = fmax(in[0]->x, 0);
+  vec3 c = v3_sub(v3_scale(*in[1], 2), v3_splat(1)), n;
+  if (space == SPACE_TANGENT) {
+    if (v3_dot(p->tangent, p->tangent) == 0) {
+      *out = p->normal;
+      return;
+    }
+    const vec3 own = p->backfacing ? v3_scale(p->normal, -1) : p->normal;
+    const vec3 bitangent = v3_scale(v3_cross(own, p->tangent), p->tangent_sign);
+    c = v3(c.x * strength, c.y * strength, 1 + (c.z - 1) * saturate(strength));
+    n = v3_add(v3_add(v3_scale(p->tangent, c.x), v3_scale(bitangent, c.y)), v3_scale(own, c.z));
+  } else {
+    if (space == SPACE_BLENDER_OBJECT || space == SPACE_BLENDER_WORLD) c = v3(c.x, -c.y, -c.z);
+    n = space == SPACE_OBJECT || space == SPACE_BLENDER_OBJECT ? world_from_object_normal(p, c) : c;
+  }
+  n = v3_normalize(p->backfacing ? v3_scale(n, -1) : n);
+  if (space != SPACE_TANGENT && strength != 1) n = v3_normalize(v3_mad(v3_sub(n, p->normal), strength, p->normal));
+  *out = v3_dot(n, n) > 0 ? n : p->normal;
+}

@@ -1,0 +1,154 @@
+/* The store of images, materials and the world, and their evaluation. */
+#include "scene/shading.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "scene/fresnel.h"
+#include "scene/microfacet_energy.h"
+#include "scene/program.h"
+#include "scene/scene.h"
+
+struct shading {
+  int image_count, material_count;
+  image *images;
+  program *materials;
+  program world;
+  int has_world;
+};
+
+bent_status shading_new(shading **out, bent_error *error)
+{
+  *out = calloc(1, sizeof **out);
+  return *out ? BENT_OK : bent_fail(error, BENT_ERROR_MEMORY, "scene: out of memory");
+}
+
+void shading_free(shading *shading)
+{
+  if (!shading) return;
+  for (int i = 0; i < shading->image_count; i++) image_free(&shading->images[i]);
+  for (int i = 0; i < shading->material_count; i++) program_free(&shading->materials[i]);
+  program_free(&shading->world);
+  free(shading->images);
+  free(shading->materials);
+  free(shading);
+}
+
+/* Makes room for one more zeroed item of `size` bytes in *array. */
+static bent_status grow(void **array, int count, size_t size, bent_error *error)
+{
+  char *larger = realloc(*array, (size_t)(count + 1) * size);
+  if (!larger) return bent_fail(error, BENT_ERROR_MEMORY, "scene: out of memory");
+  memset(larger + (size_t)count * size, 0, size);
+  *array = larger;
+  return BENT_OK;
+}
+
+bent_status bent_scene_add_image(bent_scene *scene, const bent_image *source, int *index, bent_error *error)
+{
+  shading *s = scene->shading;
+  bent_status status = grow((void **)&s->images, s->image_count, sizeof *s->images, error);
+  if (!status) status = image_make(&s->images[s->image_count], source, error);
+  if (!status) *index = s->image_count++;
+  return status;
+}
+
+bent_status bent_scene_update_image(bent_scene *scene, int index, const bent_image *source, bent_error *error)
+{
+  shading *s = scene->shading;
+  if (index < 0 || index >= s->image_count)
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "update_image: no image %d", index);
+  return image_make(&s->images[index], source, error);
+}
+
+bent_status bent_scene_add_material(bent_scene *scene, const bent_program *source, int *index, bent_error *error)
+{
+  shading *s = scene->shading;
+  microfacet_energy_prepare();
+  bent_status status = grow((void **)&s->materials, s->material_count, sizeof *s->materials, error);
+  if (!status) status = program_make(&s->materials[s->material_count], source, s->image_count, error);
+  if (!status) *index = s->material_count++;
+  return status;
+}
+
+bent_status bent_scene_update_material(bent_scene *scene, int index, const bent_program *source, bent_error *error)
+{
+  shading *s = scene->shading;
+  if (index < 0 || index >= s->material_count)
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "update_material: no material %d", index);
+  return program_make(&s->materials[index], source, s->image_count, error);
+}
+
+bent_status bent_scene_set_world(bent_scene *scene, const bent_program *source, bent_error *error)
+{
+  shading *s = scene->shading;
+  if (!source) {
+    program_free(&s->world);
+    s->has_world = 0;
+    return BENT_OK;
+  }
+  const bent_status status = program_make(&s->world, source, s->image_count, error);
+  if (!status) s->has_world = 1;
+  return status;
+}
+
+static const program *material_program(const shading *shading, int material)
+{
+  return material >= 0 && material < shading->material_count ? &shading->materials[material] : NULL;
+}
+
+static void run(const shading *shading, const program *program, const shade_point *point, closure_set *out,
+                int emission_only)
+{
+  program_context context = {.point = point, .images = shading->images, .set = out, .emission_only = emission_only};
+  out->count = out->delta_count = 0;
+  out->emission = v3(0, 0, 0);
+  program_run(program, &context);
+}
+
+void shading_evaluate(const shading *shading, int material, const shade_point *point, closure_set *out)
+{
+  const program *program = material_program(shading, material);
+  if (program) {
+    run(shading, program, point, out, 0);
+  } else { /* Blender's look of an object without a material */
+    out->count = out->delta_count = 0;
+    out->emission = v3(0, 0, 0);
+    closure_add_diffuse(out, point, v3_splat(1), v3_splat(0.8), 0, point->normal);
+  }
+  closure_set_finish(out);
+}
+
+vec3 shading_emission(const shading *shading, int material, const shade_point *point)
+{
+  const program *program = material_program(shading, material);
+  if (!program || !program->may_emit) return v3(0, 0, 0);
+  closure_set set;
+  run(shading, program, point, &set, 1);
+  return set.emission;
+}
+
+vec3 shading_sky(const shading *shading, vec3 direction)
+{
+  if (!shading->has_world) return v3(0, 0, 0);
+  const vec3 back = v3_scale(direction, -1);
+  const shade_point point = {.position = direction, .generated = direction, .wo = back, .geometric_normal = back,
+                             .normal = back};
+  closure_set set;
+  run(shading, &shading->world, &point, &set, 1);
+  return set.emission;
+}
+
+int shading_may_be_transparent(const shading *shading, int material)
+{
+  const program *program = material_program(shading, material);
+  return program && program->may_be_transparent;
+}
+
+int shading_may_emit(const shading *shading, int material)
+{
+  const program *program = material_program(shading, material);
+  return program && program->may_emit;
+}
+
+int shading_material_count(const shading *shading) { return shading->material_count; }
