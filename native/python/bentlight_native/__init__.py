@@ -4,21 +4,24 @@ Arrays go in and come out as numpy arrays; shapes, units and errors are in each 
 scene units, angles in radians.
 """
 
-from ._core import Cancelled, Progress, Spacetime, instruction_set
-from .program import OPERATIONS, Program, ProgramBuilder
+from ._core import Cancelled, Progress, Spacetime, contains, instruction_set, lapse, local_from_covector
 from .render import CHANNELS, RenderSettings, RenderStatistics
 from .scene import Scene
+from .trace import FATES, trace_rays
 
 __all__ = [
     "CHANNELS",
-    "OPERATIONS",
+    "FATES",
     "Cancelled",
-    "Program",
-    "ProgramBuilder",
     "Progress",
     "RenderSettings",
     "RenderStatistics",
     "Scene",
     "Spacetime",
+    "contains",
     "instruction_set",
+    "lapse",
+    "local_from_covector",
+    "trace_rays",
+]
 ]

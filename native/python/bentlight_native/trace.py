@@ -1,0 +1,46 @@
+"""Rays to infinity or the horizon."""
+
+import numpy as np
+
+from . import _core
+
+FATES = ("unresolved", "escaped", "captured", "escaped on the far side", "hit")
+_ROUTES = {"auto": 0, "endpoint": 1, "taylor": 2}
+
+
+def trace_rays(spacetime, origins, directions, tolerance=1e-8, *, route="auto"):
+    """Trace light rays backwards from finite observers until they escape or fall into a hole.
+
+    Args:
+        spacetime: a ``Spacetime``.
+        origins: (n, 3) positions in the spacetime's own axes (its chart), outside the horizon. An Ellis origin closer
+            than half the throat radius stands on the far side.
+        directions: (n, 3) local directions (frame of the zero-angular-momentum observer), of any nonzero length.
+        tolerance: wanted angular error of the result, radians. Rays near the critical one lose 1/|b/b_c - 1| of double
+            precision whatever the tolerance; see ``"error"``.
+        route: "auto", "endpoint" (separated integrals, declines what it cannot do) or "taylor" (Taylor arcs, anything).
+
+    Returns:
+        dict of arrays of n entries. ``"fate"`` uint8: index into ``FATES``. ``"direction"`` (n, 3) float64: asymptotic
+        unit direction (fate 3: the angular position on the far side), NaN unless fate is 1 or 3. ``"error"`` float64:
+        estimated angular error, radians; NaN where the endpoint route declined. ``"steps"`` uint32: Taylor arcs, 0 on
+        the endpoint route. ``"swept"`` float64: angle swept about the center, radians, without frame dragging.
+
+    Raises:
+        ValueError: for shapes other than (n, 3), non-finite or zero directions, origins inside a horizon, or a tolerance
+            that is not positive. The message names the argument and the first bad ray.
+
+    The GIL is released; any number of threads may call at once. float64 C-contiguous arrays are used without a copy.
+    """
+    if route not in _ROUTES:
+        raise ValueError(f"route: expected one of {', '.join(_ROUTES)}, got {route!r}")
+    origins = np.ascontiguousarray(origins, dtype=np.float64)
+    directions = np.ascontiguousarray(directions, dtype=np.float64)
+    n = len(origins) if origins.ndim == 2 else 0
+    fate = np.empty(n, np.uint8)
+    direction = np.empty((n, 3))
+    error = np.empty(n)
+    steps = np.empty(n, np.uint32)
+    swept = np.empty(n)
+    _core.trace_rays(spacetime, origins, directions, tolerance, _ROUTES[route], fate, direction, error, steps, swept)
+    return {"fate": fate, "direction": direction, "error": error, "steps": steps, "swept": swept}

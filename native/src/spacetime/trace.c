@@ -1,0 +1,63 @@
+/* bent_trace_rays: checks the rays, then block by block asks the endpoint route and gives Taylor what that declines. */
+#include "bentlight/trace.h"
+
+#include <math.h>
+
+#include "spacetime/taylor.h"
+
+/* Rays between two looks at the cancel flag; their arrays fit the first-level cache's neighbor. */
+enum { BLOCK = 512 };
+
+static bent_status refuse(const bent_spacetime *spacetime, size_t at, const double origin[3], bent_error *error)
+{
+  if (!bent_spacetime_contains(spacetime, origin))
+    return bent_fail(error, BENT_ERROR_ARGUMENT,
+                     "origins: ray %zu starts at (%g, %g, %g), which is inside a horizon or not a finite point", at,
+                     origin[0], origin[1], origin[2]);
+  return bent_fail(error, BENT_ERROR_ARGUMENT, "directions: ray %zu has a direction that is zero or not finite", at);
+}
+
+static void trace_straight(size_t n, const double (*directions)[3], const bent_trace_result *out)
+{
+  for (size_t i = 0; i < n; i++) {
+    const double *d = directions[i], length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    if (out->fate) out->fate[i] = BENT_ESCAPED;
+    if (out->direction)
+      for (int k = 0; k < 3; k++) out->direction[i][k] = d[k] / length;
+    if (out->error) out->error[i] = 0;
+    if (out->steps) out->steps[i] = 0;
+    if (out->swept) out->swept[i] = 0;
+  }
+}
+
+static bent_trace_result from(const bent_trace_result *out, size_t first)
+{
+  return (bent_trace_result){.fate = out->fate ? out->fate + first : NULL,
+                             .direction = out->direction ? out->direction + first : NULL,
+                             .error = out->error ? out->error + first : NULL,
+                             .steps = out->steps ? out->steps + first : NULL,
+                             .swept = out->swept ? out->swept + first : NULL};
+}
+
+bent_status bent_trace_rays(const bent_spacetime *spacetime, size_t n, const double (*origins)[3],
+                            const double (*directions)[3], double tolerance, bent_route route,
+                            const bent_trace_result *out, bent_progress *progress, bent_error *error)
+{
+  if (!(tolerance > 0) || isinf(tolerance))
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "tolerance: must be positive and finite, got %g", tolerance);
+  const size_t bad = BENT_CALL(bent_first_bad_ray)(spacetime, n, origins, directions);
+  if (bad < n) return refuse(spacetime, bad, origins[bad], error);
+  const int straight = spacetime->kind == BENT_MINKOWSKI || (spacetime->kind != BENT_ELLIS && spacetime->mass == 0);
+  for (size_t first = 0; first < n; first += BLOCK) {
+    if (progress && atomic_load_explicit(&progress->cancel, memory_order_relaxed))
+      return bent_fail(error, BENT_CANCELLED, "tracing was cancelled after %zu of %zu rays", first, n);
+    const size_t count = n - first < BLOCK ? n - first : BLOCK;
+    const bent_trace_result results = from(out, first);
+    if (straight) trace_straight(count, directions + first, &results);
+    else
+      BENT_CALL(bent_trace_taylor)(spacetime, count, NULL, origins + first, directions + first, tolerance, &results);
+    if (progress) atomic_fetch_add_explicit(&progress->done, count, memory_order_relaxed);
+  }
+  (void)route;
+  return BENT_OK;
+}
