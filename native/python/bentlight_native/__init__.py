@@ -24,4 +24,3 @@ __all__ = [
     "local_from_covector",
     "trace_rays",
 ]
-]

@@ -1,6 +1,7 @@
 """Rays to infinity or the horizon."""
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 
@@ -8,7 +9,14 @@ FATES = ("unresolved", "escaped", "captured", "escaped on the far side", "hit")
 _ROUTES = {"auto": 0, "endpoint": 1, "taylor": 2}
 
 
-def trace_rays(spacetime, origins, directions, tolerance=1e-8, *, route="auto"):
+def trace_rays(
+    spacetime: _core.Spacetime,
+    origins: ArrayLike,
+    directions: ArrayLike,
+    tolerance: float = 1e-8,
+    *,
+    route: str = "auto",
+) -> dict[str, NDArray]:
     """Trace light rays backwards from finite observers until they escape or fall into a hole.
 
     Args:
