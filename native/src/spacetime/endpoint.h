@@ -10,7 +10,8 @@
 #include "base/isa.h"
 #include "bentlight/trace.h"
 
-/* origins, directions, out: n entries as in bent_trace_rays; directions need not be normalised. tolerance: wanted angular
+/* origins, directions, out: n entries as in bent_trace_rays; directions need not be normalised. Curved
+ * spacetimes only. tolerance: wanted angular
  * error, radians; only Kerr saves time by it. Near the critical ray rounding alone exceeds any tolerance: such a ray is
  * answered while its fate is certain, with the error that it has. swept is NaN for captured rays. A ray's answer depends
  * on that ray alone. */

@@ -3,17 +3,6 @@
 #include "spacetime/endpoint_ellis.h"
 #include "spacetime/endpoint_schwarzschild.h"
 
-/* Straight lines: the asymptotic direction is the direction. */
-LANES_INLINE endpoint endpoint_flat(const aim *a)
-{
-  endpoint end;
-  for (int i = 0; i < 3; i++) end.direction[i] = a->outward[i] * a->cosine + a->sideward[i] * a->sine;
-  for (int i = 0; i < LANES; i++) end.swept[i] = atan2(a->sine[i], a->cosine[i]);
-  end.error = lanes_all(2 * DBL_EPSILON);
-  end.fate = lanes_mask_all(1) & BENT_ESCAPED;
-  return end;
-}
-
 LANES_INLINE void store(const endpoint *end, size_t first, size_t count, const bent_trace_result *out)
 {
   for (size_t i = 0; i < count; i++) {
@@ -39,16 +28,13 @@ void BENT_KERNEL(bent_trace_endpoint)(const bent_spacetime *spacetime, size_t n,
                                       const double (*directions)[3], double tolerance, const bent_trace_result *out)
 {
   (void)tolerance;
-  const int is_flat = spacetime->kind == BENT_MINKOWSKI || (spacetime->kind != BENT_ELLIS && spacetime->mass == 0);
   for (size_t first = 0; first < n; first += LANES) {
-    lanes position[3] = {{0}}, direction[3] = {{0}};
+    lanes position[3], direction[3];
     lanes_load_rows(origins, NULL, first, n, position);
     lanes_load_rows(directions, NULL, first, n, direction);
     const aim a = aim_from(position, direction);
     endpoint end;
-    if (is_flat)
-      end = endpoint_flat(&a);
-    else if (spacetime->kind == BENT_SCHWARZSCHILD)
+    if (spacetime->kind == BENT_SCHWARZSCHILD)
       end = endpoint_schwarzschild(spacetime->mass, spacetime->chart == BENT_CHART_ISOTROPIC, &a);
     else if (spacetime->kind == BENT_ELLIS)
       end = endpoint_ellis(spacetime->throat_radius, &a);

@@ -3,6 +3,7 @@
 
 #include <math.h>
 
+#include "spacetime/endpoint.h"
 #include "spacetime/taylor.h"
 
 /* Rays between two looks at the cancel flag; their arrays fit the first-level cache's neighbor. */
@@ -30,6 +31,28 @@ static void trace_straight(size_t n, const double (*directions)[3], const bent_t
   }
 }
 
+/* One block of at most BLOCK rays by the wanted route; AUTO gives Taylor what the endpoint route declines. */
+static void trace_block(const bent_spacetime *spacetime, size_t n, const double (*origins)[3],
+                        const double (*directions)[3], double tolerance, bent_route route, const bent_trace_result *out)
+{
+  if (route == BENT_ROUTE_TAYLOR) {
+    BENT_CALL(bent_trace_taylor)(spacetime, n, NULL, origins, directions, tolerance, out);
+    return;
+  }
+  uint8_t own_fate[BLOCK];
+  bent_trace_result results = *out;
+  if (!results.fate) results.fate = own_fate;
+  BENT_CALL(bent_trace_endpoint)(spacetime, n, origins, directions, tolerance, &results);
+  if (route == BENT_ROUTE_ENDPOINT) return;
+  uint32_t declined[BLOCK];
+  size_t count = 0;
+  for (size_t i = 0; i < n; i++) {
+    declined[count] = (uint32_t)i;
+    count += results.fate[i] == BENT_UNRESOLVED;
+  }
+  if (count) BENT_CALL(bent_trace_taylor)(spacetime, count, declined, origins, directions, tolerance, &results);
+}
+
 static bent_trace_result from(const bent_trace_result *out, size_t first)
 {
   return (bent_trace_result){.fate = out->fate ? out->fate + first : NULL,
@@ -55,9 +78,8 @@ bent_status bent_trace_rays(const bent_spacetime *spacetime, size_t n, const dou
     const bent_trace_result results = from(out, first);
     if (straight) trace_straight(count, directions + first, &results);
     else
-      BENT_CALL(bent_trace_taylor)(spacetime, count, NULL, origins + first, directions + first, tolerance, &results);
+      trace_block(spacetime, count, origins + first, directions + first, tolerance, route, &results);
     if (progress) atomic_fetch_add_explicit(&progress->done, count, memory_order_relaxed);
   }
-  (void)route;
   return BENT_OK;
 }
