@@ -35,8 +35,8 @@ def trace_rays(
         the endpoint route. ``"swept"`` float64: angle swept about the center, radians, without frame dragging.
 
     Raises:
-        ValueError: for shapes other than (n, 3), non-finite or zero directions, origins inside a horizon, or a tolerance
-            that is not positive. The message names the argument and the first bad ray.
+        ValueError: for shapes other than (n, 3), non-finite or zero directions, origins inside a horizon, or a
+            tolerance that is not positive. The message names the argument and the first bad ray.
 
     The GIL is released; any number of threads may call at once. float64 C-contiguous arrays are used without a copy.
     """
