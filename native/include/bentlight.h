@@ -10,6 +10,7 @@
 #include "bentlight/spacetime.h" /* the spacetimes, their charts and local frames */
 #include "bentlight/trace.h"     /* rays to infinity or the horizon */
 #include "bentlight/table.h"     /* deflection tables */
+#include "bentlight/embree.h"    /* the ray-triangle library, found at run time */
 #include "bentlight/scene.h"     /* meshes, instances, spacetime objects */
 #include "bentlight/shading.h"   /* images, materials, the world */
 #include "bentlight/intersect.h" /* curved rays against the scene */

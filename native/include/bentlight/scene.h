@@ -45,12 +45,21 @@ typedef enum bent_visibility {
 } bent_visibility;
 
 bent_status bent_scene_add_mesh(bent_scene *scene, const bent_mesh *mesh, int *index, bent_error *error);
-/* Replaces the vertices (and normals, if not NULL) of a mesh with the same counts: refit instead of rebuild. */
+/* Replaces the vertices (and corner normals, if not NULL) of a mesh; the counts and everything else stay. The tree is
+ * refitted while the vertices stay near where it was built, else rebuilt. */
 bent_status bent_scene_update_mesh(bent_scene *scene, int mesh, const bent_mesh *data, bent_error *error);
 bent_status bent_scene_add_instance(bent_scene *scene, const bent_instance *instance, int *index, bent_error *error);
 bent_status bent_scene_update_instance(bent_scene *scene, int instance, const double world_from_mesh[4][4],
                                        bent_error *error);
 bent_status bent_scene_clear_instances(bent_scene *scene, bent_error *error);
+
+/* What is odd about a mesh. Such triangles do no harm: rays never hit the first two kinds, and of duplicates either one. */
+typedef struct bent_mesh_report {
+  size_t degenerate; /* without area in float32: repeated or collinear vertices, or too tiny */
+  size_t too_large;  /* with a coordinate beyond 1.8e18, which Embree ignores */
+  size_t duplicate;  /* with the same three corners as another one, in any order */
+} bent_mesh_report;
+bent_status bent_scene_report_mesh(const bent_scene *scene, int mesh, bent_mesh_report *out, bent_error *error);
 
 /* One spacetime object in the scene. A single object that is not a wormhole pair may have sphere_radius INFINITY: it
  * bends space out to infinity, exactly. Otherwise each owns a sphere (world units, around its origin, chart radius) and
@@ -58,7 +67,7 @@ bent_status bent_scene_clear_instances(bent_scene *scene, bent_error *error);
 typedef struct bent_spacetime_object {
   bent_spacetime spacetime;
   double world_from_spacetime[4][4]; /* rotation, uniform positive scale, translation */
-  double sphere_radius;
+  double sphere_radius; /* 0: the default, infinite for a lone object, else half-way to the nearest neighbor */
   int exit; /* wormhole: index of the object where rays through the throat come out, or -1: an empty sky of its own */
 } bent_spacetime_object;
 

@@ -5,6 +5,8 @@ scene units, angles in radians.
 """
 
 from ._core import Cancelled, Progress, Spacetime, contains, instruction_set, lapse, local_from_covector
+from .embree import embree_version, load_embree
+from .program import OPERATIONS, Program, ProgramBuilder
 from .render import CHANNELS, RenderSettings, RenderStatistics
 from .scene import Scene
 from .trace import FATES, trace_rays
@@ -12,15 +14,20 @@ from .trace import FATES, trace_rays
 __all__ = [
     "CHANNELS",
     "FATES",
+    "OPERATIONS",
     "Cancelled",
+    "Program",
+    "ProgramBuilder",
     "Progress",
     "RenderSettings",
     "RenderStatistics",
     "Scene",
     "Spacetime",
     "contains",
+    "embree_version",
     "instruction_set",
     "lapse",
+    "load_embree",
     "local_from_covector",
     "trace_rays",
 ]

@@ -1,5 +1,7 @@
 """Types of the C module; its own docstrings say what each name does."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +17,54 @@ class Progress:
 
 class Scene:
     def __init__(self) -> None: ...
+    def add_mesh(
+        self,
+        vertices: NDArray[np.float32],
+        triangles: NDArray[np.uint32],
+        corner_normals: NDArray[np.float32] | None,
+        corner_uvs: NDArray[np.float32] | None,
+        material_slots: NDArray[np.uint32] | None,
+        generated: NDArray[np.float32] | None,
+    ) -> int: ...
+    def update_mesh(
+        self, mesh: int, vertices: NDArray[np.float32], corner_normals: NDArray[np.float32] | None
+    ) -> None: ...
+    def report_mesh(self, mesh: int) -> dict[str, int]: ...
+    def add_instance(
+        self,
+        mesh: int,
+        world_from_mesh: NDArray[np.float64],
+        materials: NDArray[np.int32] | None,
+        visibility: int,
+        object_index: float,
+        one_sided: int,
+    ) -> int: ...
+    def update_instance(self, instance: int, world_from_mesh: NDArray[np.float64]) -> None: ...
+    def clear_instances(self) -> None: ...
+    def set_spacetimes(self, objects: Sequence[tuple[Spacetime, NDArray[np.float64], float, int]]) -> None: ...
+    def commit(self, progress: Progress | None) -> None: ...
+    def intersect(
+        self,
+        origins: NDArray[np.float64],
+        directions: NDArray[np.float64],
+        sources: NDArray[np.int32] | None,
+        tolerance: float,
+        angular_tolerance: float,
+        length_min: float,
+        length_max: float,
+        visibility: int,
+        progress: Progress | None,
+        fate: NDArray[np.uint8],
+        instance: NDArray[np.int32],
+        triangle: NDArray[np.int32],
+        barycentric: NDArray[np.float64],
+        position: NDArray[np.float64],
+        direction: NDArray[np.float64],
+        length: NDArray[np.float64],
+        swept: NDArray[np.float64],
+        error: NDArray[np.float64],
+        sky: NDArray[np.int32],
+    ) -> None: ...
 
 class Spacetime:
     @classmethod
@@ -47,6 +97,8 @@ def trace_rays(
     swept: NDArray[np.float64],
     /,
 ) -> None: ...
+def load_embree(paths: list[str]) -> None: ...
+def embree_copy() -> tuple[str | None, str | None]: ...
 def render_channels() -> list[tuple[str, int, str, str]]: ...
 def sobol_points(seed: int, x: int, y: int, set: int, first: int, out: NDArray[np.float64]) -> None: ...
 def filter_offsets(kind: str, width: float, values: NDArray[np.float64]) -> None: ...

@@ -1,9 +1,10 @@
 """Scene: the core's handle with the numpy-facing methods of every topic."""
 
 from . import _core
+from .geometry import GeometryMethods
 from .render import RenderMethods
 from .shading import ShadingMethods
 
 
-class Scene(RenderMethods, ShadingMethods, _core.Scene):
+class Scene(GeometryMethods, RenderMethods, ShadingMethods, _core.Scene):
     """A scene: edit it from one thread, commit(), then read it from many."""

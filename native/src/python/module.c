@@ -18,11 +18,11 @@ static int execute(PyObject *module)
   if (errors_add_types(module) < 0 || spacetime_add_type(module) < 0 || progress_add_type(module) < 0 ||
       scene_add_type(module) < 0)
     return -1;
-  return PyModule_AddFunctions(module, module_functions) < 0 || PyModule_AddFunctions(module, trace_functions) < 0 ||
-                 PyModule_AddFunctions(module, table_functions) < 0 ||
-                 PyModule_AddFunctions(module, render_functions) < 0
-             ? -1
-             : 0;
+  PyMethodDef *const topics[] = {module_functions, embree_functions, trace_functions, table_functions,
+                                 render_functions};
+  for (size_t i = 0; i < sizeof topics / sizeof *topics; i++)
+    if (PyModule_AddFunctions(module, topics[i]) < 0) return -1;
+  return 0;
 }
 
 static PyModuleDef_Slot slots[] = {{Py_mod_exec, execute}, {0, NULL}};

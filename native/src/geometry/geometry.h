@@ -1,0 +1,84 @@
+/* Meshes, instances and spacetime objects of a scene, and the Embree scenes built from them. */
+#ifndef BENT_GEOMETRY_GEOMETRY_H
+#define BENT_GEOMETRY_GEOMETRY_H
+#include "base/vec3.h"
+#include "bentlight/intersect.h"
+#include "bentlight/scene.h"
+#include "geometry/embree.h"
+
+typedef struct mesh {
+  size_t vertex_count, triangle_count;
+  float (*vertices)[3]; /* one more than vertex_count: Embree reads 16 bytes at the last one */
+  uint32_t (*triangles)[3];
+  float (*corner_normals)[3][3]; /* from here on NULL if not given */
+  float (*corner_uvs)[3][2];
+  uint32_t *material_slots;
+  float (*generated)[3];
+
+  embree_scene scene;       /* NULL until an instance needs it */
+  embree_geometry triangle; /* the one geometry in `scene` */
+  float (*built)[3];        /* vertices of the last full build, kept once the mesh has been updated */
+  int moved;                /* vertices changed since the last commit */
+  int refittable;           /* `scene` is dynamic: a refit will do for small moves */
+} mesh;
+
+typedef struct instance {
+  int mesh;
+  mat4 world_from_mesh, mesh_from_world;
+  int *materials;
+  size_t material_count;
+  uint32_t visibility;
+  float object_index;
+  uint32_t one_sided;
+  /* Where Embree, in float32, sees a point x of this instance is off by at most float_error_offset +
+   * float_error_scale * max|x_i| world units: rounding of the point, of the matrix and of its inverse. */
+  double float_error_offset, float_error_scale;
+} instance;
+
+/* A spacetime object with what intersection needs of it, in world units. */
+typedef struct lens {
+  bent_spacetime spacetime;
+  mat4 world_from_spacetime, spacetime_from_world;
+  vec3 center;   /* world */
+  double scale;  /* world units per spacetime unit */
+  double radius; /* of its sphere, world units; INFINITY for a single object */
+  int flat;      /* bends nothing: Minkowski or no mass */
+  int exit;      /* index of the mouth where rays through the throat come out; -1: none */
+} lens;
+
+typedef struct geometry {
+  mesh *meshes;
+  size_t mesh_count, mesh_capacity;
+  instance *instances;
+  size_t instance_count, instance_capacity;
+  lens *lenses;
+  size_t lens_count;
+
+  embree_scene top; /* instances of the meshes' scenes; instance i has geometry id i */
+  int changed;      /* something must be rebuilt by the next commit */
+  vec3 center;      /* bounding sphere of everything that can be hit, world; radius -1 when there is nothing */
+  double radius;
+} geometry;
+
+bent_status geometry_new(geometry **out, bent_error *error);
+void geometry_free(geometry *g);
+/* Builds or refits what changed since the last commit. */
+bent_status geometry_commit(geometry *g, bent_progress *progress, bent_error *error);
+
+/* Vertex `corner` of a triangle of an instance, in world coordinates. */
+static inline vec3 geometry_vertex(const geometry *g, int instance_index, int triangle, int corner)
+{
+  const instance *i = &g->instances[instance_index];
+  const mesh *m = &g->meshes[i->mesh];
+  const float *v = m->vertices[m->triangles[triangle][corner]];
+  return mat4_point(&i->world_from_mesh, v3(v[0], v[1], v[2]));
+}
+
+/* The lens whose sphere contains the world point, or NULL where space is flat. */
+const lens *geometry_lens_at(const geometry *g, vec3 position);
+/* The local components, in world axes, of a world covector such as a surface normal at `position`, up to a positive
+ * factor: normalized, the normal that the local frame sees. */
+vec3 geometry_local_covector(const geometry *g, vec3 position, vec3 covector);
+/* Lapse of the observer at rest at `position`; 1 where space is flat. */
+double geometry_lapse(const geometry *g, vec3 position);
+#endif
