@@ -20,6 +20,8 @@ static inline vec3 v3_cross(vec3 a, vec3 b)
 {
   return (vec3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
+/* The length of (x, y). hypot would be slower and need glibc 2.35; its care for overflow is not needed here. */
+static inline double v2_length(double x, double y) { return sqrt(x * x + y * y); }
 static inline double v3_length(vec3 a) { return sqrt(v3_dot(a, a)); }
 /* The zero vector stays zero. */
 static inline vec3 v3_normalize(vec3 a)

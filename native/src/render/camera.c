@@ -23,7 +23,7 @@ static vec3 turned(double angle, double u, double v, double r)
 static int panoramic_direction(const bent_camera *c, double u, double v, vec3 *out)
 {
   const double du = u - 0.5, dv = v - 0.5, half_fov = c->fisheye_fov / 2;
-  double r = hypot(du, dv), angle;
+  double r = v2_length(du, dv), angle;
   switch (c->kind) {
     case BENT_CAMERA_EQUIRECTANGULAR: {
       const double longitude = lerp(c->longitude, u), latitude = lerp(c->latitude, v);
@@ -53,14 +53,14 @@ static int panoramic_direction(const bent_camera *c, double u, double v, vec3 *o
       *out = camera_from_panorama(turned(2 * r * half_fov, du, dv, r));
       return 1;
     case BENT_CAMERA_FISHEYE_EQUISOLID:
-      r = hypot(du * c->sensor_width, dv * c->sensor_height);
+      r = v2_length(du * c->sensor_width, dv * c->sensor_height);
       if (r > 2 * c->fisheye_lens * sin(half_fov / 2)) return 0;
       angle = 2 * asin(fmin(r / (2 * c->fisheye_lens), 1));
       *out = camera_from_panorama(turned(angle, du * c->sensor_width, dv * c->sensor_height, r));
       return 1;
     default: { /* fisheye lens polynomial */
       const double *k = c->fisheye_polynomial;
-      r = hypot(du * c->sensor_width, dv * c->sensor_height);
+      r = v2_length(du * c->sensor_width, dv * c->sensor_height);
       angle = -(k[0] + r * (k[1] + r * (k[2] + r * (k[3] + r * k[4]))));
       if (!(fabs(angle) <= half_fov)) return 0;
       *out = camera_from_panorama(turned(angle, du * c->sensor_width, dv * c->sensor_height, r));

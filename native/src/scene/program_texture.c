@@ -70,7 +70,7 @@ OPERATION(environment)
   double u, v;
   if (immediates[2] == 0) {
     u = 0.5 - atan2(d.y, d.x) / (2 * PI);
-    v = atan2(d.z, hypot(d.x, d.y)) / PI + 0.5;
+    v = atan2(d.z, v2_length(d.x, d.y)) / PI + 0.5;
   } else {
     const double scale = 2 * sqrt(fmax(-0.5 * (d.y - 1), 0));
     u = 0.5 * ((scale > 0 ? d.x / scale : d.x) + 1);
