@@ -24,7 +24,8 @@ typedef struct bent_trace_result {
   double (*direction)[3]; /* asymptotic unit direction (ESCAPED_FAR: angular position on the far side); else NaN */
   double *error;          /* estimated angular error, radians */
   uint32_t *steps;        /* Taylor arcs used; 0 on the endpoint route */
-  double *swept;          /* total angle swept about the centre, radians */
+  double *swept;          /* angle swept about the center, radians: the length of the path of n on the unit sphere in the
+                             axes that the hole drags along, the integral of |dn/dlambda|, to the ray's end */
 } bent_trace_result;
 
 /* origins: (n, 3) positions in spacetime axes. directions: (n, 3) local unit directions (normalised here; a zero or
@@ -32,4 +33,11 @@ typedef struct bent_trace_result {
 bent_status bent_trace_rays(const bent_spacetime *spacetime, size_t n, const double (*origins)[3],
                             const double (*directions)[3], double tolerance, bent_route route,
                             const bent_trace_result *out, bent_progress *progress, bent_error *error);
+
+/* Points along one ray at n ascending Mino times (dlambda = d(affine)/Sigma, local energy 1; units 1/length; in flat space
+ * the times are scene lengths): positions and local unit directions, (n, 3) each, NaN beyond the ray's end. sides[i] is 1
+ * where a point lies beyond the throat: it is then in the other mouth's axes. */
+bent_status bent_ray_path(const bent_spacetime *spacetime, const double origin[3], const double direction[3],
+                          double tolerance, size_t n, const double *mino_times, double (*positions)[3],
+                          double (*directions)[3], uint8_t *sides, bent_error *error);
 #endif

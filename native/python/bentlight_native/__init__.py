@@ -9,7 +9,7 @@ from .embree import embree_version, load_embree
 from .program import OPERATIONS, Program, ProgramBuilder
 from .render import CHANNELS, RenderSettings, RenderStatistics
 from .scene import Scene
-from .trace import FATES, trace_rays
+from .trace import FATES, ray_path, trace_rays
 
 __all__ = [
     "CHANNELS",
@@ -29,5 +29,6 @@ __all__ = [
     "lapse",
     "load_embree",
     "local_from_covector",
+    "ray_path",
     "trace_rays",
 ]

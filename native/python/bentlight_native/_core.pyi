@@ -84,6 +84,17 @@ def lapse(spacetime: Spacetime, position: tuple[float, float, float], /) -> floa
 def local_from_covector(
     spacetime: Spacetime, position: tuple[float, float, float], /
 ) -> tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]: ...
+def ray_path(
+    spacetime: Spacetime,
+    origin: NDArray[np.float64],
+    direction: NDArray[np.float64],
+    tolerance: float,
+    mino_times: NDArray[np.float64],
+    positions: NDArray[np.float64],
+    directions: NDArray[np.float64],
+    sides: NDArray[np.uint8],
+    /,
+) -> None: ...
 def trace_rays(
     spacetime: Spacetime,
     origins: NDArray[np.float64],

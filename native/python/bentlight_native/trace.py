@@ -52,3 +52,37 @@ def trace_rays(
     swept = np.empty(n)
     _core.trace_rays(spacetime, origins, directions, tolerance, _ROUTES[route], fate, direction, error, steps, swept)
     return {"fate": fate, "direction": direction, "error": error, "steps": steps, "swept": swept}
+
+
+def ray_path(
+    spacetime: _core.Spacetime,
+    origin: ArrayLike,
+    direction: ArrayLike,
+    mino_times: ArrayLike,
+    tolerance: float = 1e-8,
+) -> dict[str, NDArray]:
+    """Points along one light ray, traced backwards from a finite observer.
+
+    Args:
+        spacetime: a ``Spacetime``.
+        origin: (3,) position in the spacetime's own axes, outside the horizon.
+        direction: (3,) local direction, of any nonzero length.
+        mino_times: (n,) ascending Mino times, d(lambda) = d(affine) / Sigma with local energy 1, in 1/length; in flat space
+            lengths along the ray.
+        tolerance: wanted angular error, radians.
+
+    Returns:
+        dict. ``"position"`` (n, 3) and ``"direction"`` (n, 3) local unit directions of travel, NaN beyond the ray's end
+        (infinity, or just above the horizon); ``"far"`` (n,) bool: beyond the throat, where position and direction are in
+        the other mouth's axes.
+
+    Raises:
+        ValueError: as ``trace_rays``, and for Mino times that do not ascend.
+    """
+    mino_times = np.ascontiguousarray(mino_times, dtype=np.float64)
+    n = len(mino_times) if mino_times.ndim else 0
+    position, heading, sides = np.empty((n, 3)), np.empty((n, 3)), np.empty(n, np.uint8)
+    origin = np.ascontiguousarray(origin, dtype=np.float64)
+    direction = np.ascontiguousarray(direction, dtype=np.float64)
+    _core.ray_path(spacetime, origin, direction, tolerance, mino_times, position, heading, sides)
+    return {"position": position, "direction": heading, "far": sides.astype(bool)}

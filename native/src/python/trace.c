@@ -43,6 +43,37 @@ static PyObject *trace_rays(PyObject *module, PyObject *args)
   Py_RETURN_NONE;
 }
 
+/* ray_path(spacetime, origin, direction, tolerance, mino_times, positions, directions, sides) */
+static PyObject *ray_path(PyObject *module, PyObject *args)
+{
+  (void)module;
+  PyObject *object, *arrays[6];
+  double tolerance;
+  if (!PyArg_ParseTuple(args, "OOOdOOOO:ray_path", &object, &arrays[0], &arrays[1], &tolerance, &arrays[2], &arrays[3],
+                        &arrays[4], &arrays[5]))
+    return NULL;
+  const bent_spacetime *spacetime = spacetime_value(object);
+  if (!spacetime) return NULL;
+  buffer b[6] = {0};
+  Py_ssize_t three[1] = {3}, rows[2] = {-1, 3};
+  if (buffer_get(&b[0], arrays[0], "origin", 'd', 1, three, BUFFER_READ) < 0 ||
+      buffer_get(&b[1], arrays[1], "direction", 'd', 1, three, BUFFER_READ) < 0 ||
+      buffer_get(&b[2], arrays[2], "mino_times", 'd', 1, rows, BUFFER_READ | BUFFER_FINITE) < 0 ||
+      buffer_get(&b[3], arrays[3], "positions", 'd', 2, rows, BUFFER_WRITE) < 0 ||
+      buffer_get(&b[4], arrays[4], "directions", 'd', 2, rows, BUFFER_WRITE) < 0 ||
+      buffer_get(&b[5], arrays[5], "sides", 'B', 1, rows, BUFFER_WRITE) < 0) {
+    buffer_release_all(b, 6);
+    return NULL;
+  }
+  bent_error error;
+  const bent_status status =
+      bent_ray_path(spacetime, buffer_data(&b[0]), buffer_data(&b[1]), tolerance, (size_t)rows[0], buffer_data(&b[2]),
+                    buffer_data(&b[3]), buffer_data(&b[4]), buffer_data(&b[5]), &error);
+  buffer_release_all(b, 6);
+  if (status) return raise_error(&error);
+  Py_RETURN_NONE;
+}
+
 /* lapse(spacetime, position) and local_from_covector(spacetime, position, matrix) serve tests and drivers. */
 static int parse_position(PyObject *args, const char *format, const bent_spacetime **spacetime, double position[3])
 {
@@ -83,6 +114,7 @@ static PyObject *local_from_covector(PyObject *module, PyObject *args)
 
 PyMethodDef trace_functions[] = {
     {"trace_rays", trace_rays, METH_VARARGS, "See bentlight_native.trace_rays."},
+    {"ray_path", ray_path, METH_VARARGS, "See bentlight_native.ray_path."},
     {"contains", contains, METH_VARARGS,
      "contains(spacetime, (x, y, z)) -> bool\n\nWhether a ray may start there: outside every horizon, and finite."},
     {"lapse", lapse, METH_VARARGS,

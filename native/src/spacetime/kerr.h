@@ -48,7 +48,8 @@ LANES_INLINE void kerr_chart_basis(const kerr_place *at, lanes er[3], lanes et[3
   ep[0] = -at->sin_phi, ep[1] = at->cos_phi, ep[2] = lanes_all(0);
 }
 
-/* The stationary point of P nearest to infinity, and the depth and fate that follow from P there. */
+/* The stationary point of P nearest to infinity, and the depth and fate that follow from P there. P falls up to that point
+ * and is a square at the horizon, so without one outside the horizon nothing turns a ray round. */
 LANES_INLINE void kerr_find_barrier(const arc_space *space, arc_ray *ray)
 {
   const double M = space->mass, s = space->spin;
@@ -56,8 +57,9 @@ LANES_INLINE void kerr_find_barrier(const arc_space *space, arc_ray *ray)
   const lanes K = (L - s * E) * (L - s * E) + ray->carter, A = s * s * E2 - ray->curl, B = s * s * ray->carter;
   const lanes discriminant = 9 * M * M * K * K + 8 * A * B;
   const lanes root = lanes_sqrt(lanes_max(discriminant, lanes_all(0)));
-  const lanes_mask none = (A >= 0) | (discriminant < 0);
-  const lanes w = lanes_select(none, lanes_all(0), -2 * A / (3 * M * K + root));
+  const lanes stationary = -2 * A / (3 * M * K + root);
+  const lanes_mask none = (A >= 0) | (discriminant < 0) | (stationary >= space->horizon);
+  const lanes w = lanes_select(none, lanes_all(0), stationary);
   ray->peak = w;
   arc_judge(ray, E2 + w * w * (A + w * (2 * M * K - B * w)), E2 + lanes_abs(A) * w * w);
   ray->doomed |= E <= 0;

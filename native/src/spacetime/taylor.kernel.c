@@ -70,7 +70,7 @@ static void report(march *m, unsigned ended, unsigned resolved)
 {
   lanes direction[3];
   arc_asymptote(&m->space, &m->ray, direction);
-  const lanes error = arc_error(&m->space, &m->ray, m->steps);
+  const lanes error = arc_error(&m->space, &m->ray, m->steps) + ARC_SHARE * m->tolerance;
   const unsigned good = resolved & lanes_bits(error <= fmax(m->tolerance, ERROR_MAX));
   const unsigned doomed = lanes_bits(m->ray.doomed), far = lanes_bits(m->ray.side < 0);
   for (int lane = 0; lane < LANES; lane++) {

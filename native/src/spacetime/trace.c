@@ -3,7 +3,9 @@
 
 #include <math.h>
 
+#include "base/vec3.h"
 #include "spacetime/endpoint.h"
+#include "spacetime/path.h"
 #include "spacetime/taylor.h"
 
 /* Rays between two looks at the cancel flag; their arrays fit the first-level cache's neighbor. */
@@ -16,6 +18,20 @@ static bent_status refuse(const bent_spacetime *spacetime, size_t at, const doub
                      "origins: ray %zu starts at (%g, %g, %g), which is inside a horizon or not a finite point", at,
                      origin[0], origin[1], origin[2]);
   return bent_fail(error, BENT_ERROR_ARGUMENT, "directions: ray %zu has a direction that is zero or not finite", at);
+}
+
+static int is_straight(const bent_spacetime *s)
+{
+  return s->kind == BENT_MINKOWSKI || (s->kind != BENT_ELLIS && s->mass == 0);
+}
+
+static bent_status check(const bent_spacetime *spacetime, size_t n, const double (*origins)[3],
+                         const double (*directions)[3], double tolerance, bent_error *error)
+{
+  if (!(tolerance > 0) || isinf(tolerance))
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "tolerance: must be positive and finite, got %g", tolerance);
+  const size_t bad = BENT_CALL(bent_first_bad_ray)(spacetime, n, origins, directions);
+  return bad < n ? refuse(spacetime, bad, origins[bad], error) : BENT_OK;
 }
 
 static void trace_straight(size_t n, const double (*directions)[3], const bent_trace_result *out)
@@ -66,11 +82,9 @@ bent_status bent_trace_rays(const bent_spacetime *spacetime, size_t n, const dou
                             const double (*directions)[3], double tolerance, bent_route route,
                             const bent_trace_result *out, bent_progress *progress, bent_error *error)
 {
-  if (!(tolerance > 0) || isinf(tolerance))
-    return bent_fail(error, BENT_ERROR_ARGUMENT, "tolerance: must be positive and finite, got %g", tolerance);
-  const size_t bad = BENT_CALL(bent_first_bad_ray)(spacetime, n, origins, directions);
-  if (bad < n) return refuse(spacetime, bad, origins[bad], error);
-  const int straight = spacetime->kind == BENT_MINKOWSKI || (spacetime->kind != BENT_ELLIS && spacetime->mass == 0);
+  const bent_status status = check(spacetime, n, origins, directions, tolerance, error);
+  if (status) return status;
+  const int straight = is_straight(spacetime);
   for (size_t first = 0; first < n; first += BLOCK) {
     if (progress && atomic_load_explicit(&progress->cancel, memory_order_relaxed))
       return bent_fail(error, BENT_CANCELLED, "tracing was cancelled after %zu of %zu rays", first, n);
@@ -80,6 +94,29 @@ bent_status bent_trace_rays(const bent_spacetime *spacetime, size_t n, const dou
     else
       trace_block(spacetime, count, origins + first, directions + first, tolerance, route, &results);
     if (progress) atomic_fetch_add_explicit(&progress->done, count, memory_order_relaxed);
+  }
+  return BENT_OK;
+}
+
+bent_status bent_ray_path(const bent_spacetime *spacetime, const double origin[3], const double direction[3],
+                          double tolerance, size_t n, const double *mino_times, double (*positions)[3],
+                          double (*directions)[3], uint8_t *sides, bent_error *error)
+{
+  const bent_status status =
+      check(spacetime, 1, (const double(*)[3])origin, (const double(*)[3])direction, tolerance, error);
+  if (status) return status;
+  for (size_t i = 0; i < n; i++)
+    if (!(mino_times[i] >= (i ? mino_times[i - 1] : 0)))
+      return bent_fail(error, BENT_ERROR_ARGUMENT, "mino_times: must not be negative, must ascend; entry %zu does not", i);
+  if (!is_straight(spacetime)) {
+    BENT_CALL(bent_march_path)(spacetime, origin, direction, tolerance, n, mino_times, positions, directions, sides);
+    return BENT_OK;
+  }
+  const vec3 look = v3_normalize(v3_from(direction));
+  for (size_t i = 0; i < n; i++) {
+    sides[i] = 0;
+    v3_to(positions[i], v3_mad(look, mino_times[i], v3_from(origin)));
+    v3_to(directions[i], look);
   }
   return BENT_OK;
 }
