@@ -34,7 +34,7 @@ test-python-4.5: build/native-4.5.stamp
 
 # Python itself leaks at exit, so leaks are looked for in the C program alone, which has no Python in it.
 test-sanitized: build/sanitized.stamp
-	build/sanitized/cmake/bentlight_smoke
+	build/sanitized/cmake/bentlight_smoke .venv/lib/python3.11/site-packages/bpy/lib/libembree4.so.4
 	LD_PRELOAD="$$(cc -print-file-name=libasan.so)" ASAN_OPTIONS=detect_leaks=0 PYTHONMALLOC=malloc BENTLIGHT_ISA=v3 \
 	  PYTHONPATH=build/sanitized/site $(python) $(pytest) tests/native -m "not unsanitized"
 

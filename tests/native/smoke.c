@@ -91,8 +91,77 @@ static void test_rays(void)
                 BENT_ERROR_ARGUMENT, &error));
 }
 
-int main(void)
+static const float CORNERS[4][3] = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
+static const uint32_t TRIANGLES[2][3] = {{0, 1, 2}, {0, 2, 3}};
+
+/* A square below the origin, facing up; with `hole` a black hole between the two. */
+static bent_scene *square_scene(int hole)
 {
+  bent_error error = {0};
+  bent_scene *scene = NULL;
+  int mesh = -1, instance = -1;
+  CHECK(bent_scene_new(&scene, &error) == BENT_OK);
+  const bent_mesh square = {.vertex_count = 4, .triangle_count = 2, .vertices = CORNERS, .triangles = TRIANGLES};
+  CHECK(bent_scene_add_mesh(scene, &square, &mesh, &error) == BENT_OK);
+  const bent_instance placed = {.mesh = mesh, .world_from_mesh = {{5, 0, 0, 0}, {0, 5, 0, 0}, {0, 0, 1, -5}, {0, 0, 0, 1}},
+                                .visibility = BENT_VISIBLE_ALL};
+  CHECK(bent_scene_add_instance(scene, &placed, &instance, &error) == BENT_OK);
+  if (hole) {
+    bent_spacetime_object object = {.world_from_spacetime = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, -2}, {0, 0, 0, 1}},
+                                    .sphere_radius = INFINITY, .exit = -1};
+    CHECK(bent_schwarzschild(0.1, BENT_CHART_ISOTROPIC, &object.spacetime, &error) == BENT_OK);
+    CHECK(bent_scene_set_spacetimes(scene, 1, &object, &error) == BENT_OK);
+  }
+  return scene;
+}
+
+static bent_ray ray_down(double x)
+{
+  return (bent_ray){.origin = {x, 0, 0}, .direction = {0, 0, -1}, .tolerance = 1e-4, .angular_tolerance = 1e-6,
+                    .length_max = INFINITY, .source_instance = -1, .source_triangle = -1,
+                    .visibility = BENT_VISIBLE_ALL};
+}
+
+static void test_scene(int hole)
+{
+  bent_error error = {0};
+  bent_scene *scene = square_scene(hole);
+  const bent_ray rays[] = {ray_down(0), ray_down(2), ray_down(100)};
+  bent_hit hits[3];
+  CHECK(refused(bent_scene_intersect(scene, 3, rays, hits, NULL, &error), BENT_ERROR_STATE, &error));
+  CHECK(bent_scene_commit(scene, NULL, &error) == BENT_OK);
+  CHECK(bent_scene_intersect(scene, 3, rays, hits, NULL, &error) == BENT_OK);
+  CHECK(hits[0].fate == (hole ? BENT_CAPTURED : BENT_HIT));
+  CHECK(hits[1].fate == BENT_HIT && fabs(hits[1].position[2] + 5) <= 1e-4);
+  CHECK(hits[2].fate == BENT_ESCAPED && hits[2].instance == -1);
+
+  /* Edits: moved vertices, refused ones, a second commit. */
+  float moved[4][3];
+  memcpy(moved, CORNERS, sizeof moved);
+  for (int i = 0; i < 4; i++) moved[i][2] = 1;
+  const bent_mesh raised = {.vertex_count = 4, .triangle_count = 2, .vertices = moved, .triangles = TRIANGLES};
+  CHECK(bent_scene_update_mesh(scene, 0, &raised, &error) == BENT_OK);
+  CHECK(refused(bent_scene_update_mesh(scene, 7, &raised, &error), BENT_ERROR_ARGUMENT, &error));
+  CHECK(bent_scene_commit(scene, NULL, &error) == BENT_OK);
+  CHECK(bent_scene_intersect(scene, 3, rays, hits, NULL, &error) == BENT_OK);
+  CHECK(hits[1].fate == BENT_HIT && fabs(hits[1].position[2] + 4) <= 1e-4);
+
+  const uint32_t outside[1][3] = {{0, 1, 4}};
+  const bent_mesh broken = {.vertex_count = 4, .triangle_count = 1, .vertices = CORNERS, .triangles = outside};
+  int index;
+  CHECK(refused(bent_scene_add_mesh(scene, &broken, &index, &error), BENT_ERROR_ARGUMENT, &error));
+  const bent_instance stray = {.mesh = 9, .visibility = BENT_VISIBLE_ALL};
+  CHECK(refused(bent_scene_add_instance(scene, &stray, &index, &error), BENT_ERROR_ARGUMENT, &error));
+  bent_scene_free(scene);
+  bent_scene_free(NULL);
+}
+
+/* usage: bentlight_smoke [Embree's library] */
+int main(int argc, char **argv)
+{
+  bent_error error = {0};
+  if (argc > 1) CHECK(bent_embree_load(1, (const char *const[]){argv[1]}, &error) == BENT_OK);
+  test_scene(0);
   test_errors();
   test_spacetimes();
   test_rays();
