@@ -7,6 +7,7 @@ import inspect
 from pathlib import Path
 
 import bentlight_native
+import numpy as np
 import pytest
 from bentlight_native import _core
 
@@ -68,24 +69,34 @@ def allocated_bytes():
     return info.uordblks + info.hblkhd
 
 
+def committed_scene():
+    """A scene with a mesh, an instance and a hole, ready to be traced."""
+    scene = bentlight_native.Scene()
+    vertices = np.eye(3, dtype=np.float32)
+    scene.add_instance(scene.add_mesh(vertices, np.array([[0, 1, 2]], np.uint32)), np.eye(4))
+    scene.set_spacetime(bentlight_native.Spacetime.schwarzschild(0.1), np.eye(4))
+    scene.commit()
+    return scene
+
+
+HANDLES = {
+    "Progress": bentlight_native.Progress,
+    "Spacetime": lambda: bentlight_native.Spacetime.kerr(1.0, 0.5),
+    "Scene": bentlight_native.Scene,
+    "committed Scene": committed_scene,
+}
+
+
 @pytest.mark.unsanitized
-@pytest.mark.parametrize(
-    "make",
-    [
-        lambda: _core.Scene(),
-        lambda: _core.Progress(),
-        lambda: _core.Spacetime.kerr(1.0, 0.5),
-    ],
-    ids=["Scene", "Progress", "Spacetime"],
-)
-def test_handles_do_not_leak(make):
-    def grow():
+@pytest.mark.parametrize("name", HANDLES)
+def test_handles_do_not_leak(name):
+    def growth():
         gc.collect()
         before = allocated_bytes()
         for _ in range(1000):
-            make()
+            HANDLES[name]()
         gc.collect()
         return allocated_bytes() - before
 
-    grow()  # fills free lists and caches
-    assert grow() < 1000  # less than a byte a handle
+    growth()  # fills free lists and caches
+    assert growth() < 1000  # less than a byte a handle

@@ -67,14 +67,14 @@ def ray_path(
         spacetime: a ``Spacetime``.
         origin: (3,) position in the spacetime's own axes, outside the horizon.
         direction: (3,) local direction, of any nonzero length.
-        mino_times: (n,) ascending Mino times, d(lambda) = d(affine) / Sigma with local energy 1, in 1/length; in flat space
-            lengths along the ray.
+        mino_times: (n,) ascending Mino times, d(lambda) = d(affine) / Sigma with local energy 1, in 1/length; in flat
+            space lengths along the ray.
         tolerance: wanted angular error, radians.
 
     Returns:
         dict. ``"position"`` (n, 3) and ``"direction"`` (n, 3) local unit directions of travel, NaN beyond the ray's end
-        (infinity, or just above the horizon); ``"far"`` (n,) bool: beyond the throat, where position and direction are in
-        the other mouth's axes.
+        (infinity, or just above the horizon); ``"far"`` (n,) bool: beyond the throat, where position and direction are
+        in the other mouth's axes.
 
     Raises:
         ValueError: as ``trace_rays``, and for Mino times that do not ascend.
