@@ -1,7 +1,13 @@
-/* One tile of the picture. */
+/* One tile of the picture: checks, the order of samples, and the film that gathers them. */
 #include <math.h>
+#include <stdlib.h>
+#include <string.h>
 
 #include "bentlight/render.h"
+#include "geometry/geometry.h"
+#include "render/camera.h"
+#include "render/channels.h"
+#include "render/path.h"
 #include "scene/scene.h"
 
 bent_render_settings bent_render_settings_default(void)
@@ -41,11 +47,114 @@ static bent_status check(const bent_scene *scene, const bent_render_settings *s,
   return BENT_OK;
 }
 
+/* The camera must stand where light can leave. */
+static bent_status check_camera(const bent_scene *scene, bent_error *error)
+{
+  camera_ray ray;
+  if (!camera_cast(scene->camera, 0.5, 0.5, &ray)) return BENT_OK;
+  for (size_t i = 0; i < scene->geometry->lens_count; i++) {
+    const lens *l = &scene->geometry->lenses[i];
+    double local[3];
+    v3_to(local, mat4_point(&l->spacetime_from_world, ray.origin));
+    if (!l->flat && !bent_spacetime_contains(&l->spacetime, local))
+      return bent_fail(error, BENT_ERROR_ARGUMENT, "render: the camera is inside the horizon of spacetime object %zu", i);
+  }
+  return BENT_OK;
+}
+
+/* Samples are taken in strips of pixels, so that sums fit in the cache; within a strip sample by sample, so that a
+ * cancelled call leaves an even picture. A pixel's samples are always added in ascending order. */
+enum { STRIP_PIXELS = 4096, BLOCK_SAMPLES = 1024 };
+
+typedef struct film {
+  const bent_channel *table;
+  float *const *channels;
+  uint32_t taken[STRIP_PIXELS];
+  double sums[STRIP_PIXELS][CHANNEL_COUNT][CHANNEL_COMPONENTS_MAX];
+} film;
+
+static void film_add(film *film, uint32_t pixel, const sample_record *record)
+{
+  const uint32_t taken = film->taken[pixel]++;
+  for (int c = 0; c < CHANNEL_COUNT; c++) {
+    if (!film->channels[c]) continue;
+    for (int k = 0; k < film->table[c].components; k++) {
+      double *sum = &film->sums[pixel][c][k];
+      const double value = record->value[c][k];
+      switch (film->table[c].reduction) {
+        case BENT_MEAN: *sum += value; break;
+        case BENT_MAX: *sum = fmax(*sum, value); break;
+        case BENT_FIRST: *sum = taken ? *sum : value; break;
+        case BENT_COUNT: *sum = taken + 1; break;
+      }
+    }
+  }
+}
+
+/* Writes a strip that begins with pixel number `first` of the tile. */
+static void film_write(const film *film, size_t first, uint32_t pixels)
+{
+  for (int c = 0; c < CHANNEL_COUNT; c++) {
+    if (!film->channels[c]) continue;
+    const int components = film->table[c].components;
+    for (uint32_t i = 0; i < pixels; i++) {
+      const double scale = film->table[c].reduction == BENT_MEAN && film->taken[i] ? 1.0 / film->taken[i] : 1;
+      float *out = film->channels[c] + (first + i) * (size_t)components;
+      for (int k = 0; k < components; k++) out[k] = (float)(film->sums[i][c][k] * scale);
+    }
+  }
+}
+
+/* Takes all samples of the strip of `pixels` pixels that begins with number `first` of the tile. */
+static bent_status render_strip(const tracer *t, film *film, path_block *block, const uint32_t tile[4], size_t first,
+                                uint32_t pixels, bent_render_statistics *statistics, bent_progress *progress,
+                                bent_error *error)
+{
+  const uint64_t total = (uint64_t)pixels * t->settings->sample_count;
+  for (uint64_t begin = 0; begin < total; begin += BLOCK_SAMPLES) {
+    const int count = (int)(total - begin < BLOCK_SAMPLES ? total - begin : BLOCK_SAMPLES);
+    pixel_sample wanted[BLOCK_SAMPLES];
+    for (int i = 0; i < count; i++) {
+      const size_t pixel = first + (begin + (uint64_t)i) % pixels;
+      wanted[i] = (pixel_sample){tile[0] + (uint32_t)(pixel % tile[2]), tile[1] + (uint32_t)(pixel / tile[2]),
+                                 t->settings->first_sample + (uint32_t)((begin + (uint64_t)i) / pixels)};
+    }
+    const bent_status status = path_trace(t, block, count, wanted, statistics, progress, error);
+    if (status) return status;
+    for (int i = 0; i < count; i++) film_add(film, (uint32_t)((begin + (uint64_t)i) % pixels), &block->records[i]);
+    statistics->samples += (uint64_t)count;
+    if (progress) atomic_fetch_add_explicit(&progress->done, (uint64_t)count, memory_order_relaxed);
+  }
+  return BENT_OK;
+}
+
 bent_status bent_scene_render_tile(const bent_scene *scene, uint32_t x, uint32_t y, uint32_t width, uint32_t height,
                                    const bent_render_settings *settings, float *const channels[BENT_CHANNELS_MAX],
                                    bent_render_statistics *statistics, bent_progress *progress, bent_error *error)
 {
-  (void)channels, (void)statistics, (void)progress;
-  const bent_status status = check(scene, settings, (const uint32_t[]){x, y, width, height}, error);
-  return status ? status : bent_fail(error, BENT_ERROR_UNAVAILABLE, "render: path tracing is not linked yet");
+  const uint32_t tile[4] = {x, y, width, height};
+  *statistics = (bent_render_statistics){0};
+  bent_status status = check(scene, settings, tile, error);
+  if (!status) status = check_camera(scene, error);
+  if (status) return status;
+  tracer t;
+  path_block block;
+  tracer_init(&t, scene, settings);
+  status = path_block_new(&block, BLOCK_SAMPLES, error);
+  if (status) return status;
+  film *film = malloc(sizeof *film);
+  if (!film) status = bent_fail(error, BENT_ERROR_MEMORY, "render: out of memory");
+  const size_t pixels = (size_t)width * height;
+  for (size_t first = 0; film && first < pixels; first += STRIP_PIXELS) {
+    const uint32_t count = (uint32_t)(pixels - first < STRIP_PIXELS ? pixels - first : STRIP_PIXELS);
+    memset(film, 0, sizeof *film);
+    size_t channel_count;
+    film->channels = channels, film->table = bent_render_channels(&channel_count);
+    if (!status)
+      status = render_strip(&t, film, &block, tile, first, count, statistics, progress, error);
+    film_write(film, first, count); /* after a cancel or an error too: what is done is valid, the rest is 0 */
+  }
+  free(film);
+  path_block_free(&block);
+  return status;
 }
