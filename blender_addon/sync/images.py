@@ -1,0 +1,82 @@
+"""Blender images as pixels for the core.
+
+Bytes stay bytes, as they are in the file: the core divides by 255, interpolates, and then decodes the sRGB curve, as
+Cycles does. Floats are scene-linear already. Color is associated with alpha (multiplied by it), unless the image is
+data or says otherwise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..report import RenderError
+
+
+class Pixels(NamedTuple):
+    """(height, width, 4), rows from the bottom up, uint8 or float32; `srgb`: encoded by that curve. The arguments of
+    Scene.add_image."""
+
+    values: np.ndarray
+    srgb: bool
+
+
+class ImageTable:
+    """The images of a scene, each converted once. `images[i]` is image i of the native scene."""
+
+    def __init__(self) -> None:
+        self.images: list[Pixels] = []
+        self._index: dict[str, int] = {}
+
+    def index_of(self, image: Any, warn: Callable[[str], None]) -> int:
+        """The index of a Blender image; reads it if it is new. Raises RenderError if it cannot be read."""
+        key = image.name_full
+        if key not in self._index:
+            self.images.append(image_pixels(image, warn))
+            self._index[key] = len(self.images) - 1
+        return self._index[key]
+
+    def add(self, pixels: Pixels) -> int:
+        """The index of pixels that belong to no Blender image."""
+        self.images.append(pixels)
+        return len(self.images) - 1
+
+
+def has_associated_alpha(image: Any) -> bool:
+    """Whether the pixels that image_pixels returns are multiplied by alpha."""
+    return not image.colorspace_settings.is_data and image.alpha_mode in ("STRAIGHT", "PREMUL")
+
+
+def image_pixels(image: Any, warn: Callable[[str], None]) -> Pixels:
+    """The pixels of an image as the core wants them.
+
+    Packed, external and generated images; of a tiled one the first tile. Raises RenderError naming image and file if it
+    cannot be read; NaN and infinity become 0, with a warning.
+    """
+    if image.source == "TILED":
+        warn(f"image '{image.name}' is tiled (UDIM), which is not supported yet; its first tile is used")
+    width, height = image.size
+    if width == 0 or height == 0:
+        raise RenderError(f"Image '{image.name}': its file '{image.filepath}' is missing or cannot be read")
+    values = np.empty(width * height * 4, np.float32)
+    image.pixels.foreach_get(values)
+    values = values.reshape(height, width, 4)
+    if not np.isfinite(values).all():
+        warn(f"image '{image.name}' has pixels that are not finite; they count as 0")
+        values = np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)
+    if image.alpha_mode == "NONE":
+        values[..., 3] = 1.0
+    return Pixels(values, srgb=False) if image.is_float else _byte_pixels(image, values, warn)
+
+
+def _byte_pixels(image: Any, values: np.ndarray, warn: Callable[[str], None]) -> Pixels:
+    space = image.colorspace_settings
+    srgb = space.name == "sRGB"
+    if not (srgb or space.is_data or space.name in ("Linear Rec.709", "Linear")):
+        warn(f"image '{image.name}': the color space '{space.name}' is not supported yet; sRGB is used instead")
+        srgb = True
+    if has_associated_alpha(image) and image.alpha_mode == "STRAIGHT":
+        values[..., :3] *= values[..., 3:]
+    return Pixels(np.rint(values * 255).astype(np.uint8), srgb)

@@ -1,0 +1,115 @@
+"""Blender's materials and world as programs of the core.
+
+    table = MaterialTable(reporter)
+    slot = table.index_of(material)          # None: the default gray
+    lamp = table.emission(radiance)
+    table.set_world(world)                   # None: black
+    table.images, table.materials, table.world   # for Scene.add_image(*image), add_material and set_world
+
+Indices are places in those lists, which are those of the native scene if it is filled in order. `compile_material` and
+`compile_world` do the work for one datablock and return their warnings; they need no bpy.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from bentlight_native import Program, ProgramBuilder
+
+from ..report import Reporter
+from .images import ImageTable, Pixels
+from .nodes import shaders, textures, values  # noqa: F401  (they register their nodes)
+from .nodes.compiler import Compiler, Scope
+
+
+class Compiled(NamedTuple):
+    """A program and what to tell the user about it, each warning naming the material and the node."""
+
+    program: Program
+    warnings: list[str]
+
+
+def compile_material(material: Any, images: ImageTable) -> Compiled:
+    """The surface of a material. Adds the images that it uses to `images`; raises RenderError if one is missing."""
+    compiler = Compiler(f"Material '{material.name}'", images)
+    tree = material.node_tree if material.use_nodes else None
+    if tree is None:
+        _viewport_surface(compiler, material)
+    else:
+        _compile_output(compiler, tree)
+    return Compiled(compiler.builder.build(), compiler.warnings)
+
+
+def compile_world(world: Any, images: ImageTable) -> Compiled:
+    """The background of a world; see compile_material."""
+    compiler = Compiler(f"World '{world.name}'", images)
+    tree = world.node_tree if world.use_nodes else None
+    if tree is None:
+        constant = compiler.builder.constant
+        compiler.emit("emission", constant(1.0), constant(tuple(world.color)), constant(1.0))
+    else:
+        _compile_output(compiler, tree)
+    return Compiled(compiler.builder.build(), compiler.warnings)
+
+
+def _compile_output(compiler: Compiler, tree: Any) -> None:
+    output = tree.get_output_node("CYCLES")
+    if output is None:
+        return
+    for name in ("Volume", "Displacement"):
+        socket = output.inputs.get(name)
+        if socket is not None and socket.is_linked:
+            compiler.warn(output, f"'{name}' is not supported yet; left out")
+    compiler.shade(Scope(), output.inputs["Surface"], compiler.builder.constant(1.0))
+
+
+def _viewport_surface(compiler: Compiler, material: Any) -> None:
+    """A material without nodes is diffuse in its viewport color."""
+    normal = compiler.emit("coordinate", immediates=("SHADING_NORMAL",))
+    constant = compiler.builder.constant
+    compiler.emit("diffuse", constant(1.0), constant(tuple(material.diffuse_color)[:3]), constant(0.0), normal)
+
+
+class MaterialTable:
+    """The materials, images and world of a scene, each compiled once; warnings go to the reporter."""
+
+    def __init__(self, reporter: Reporter) -> None:
+        self._reporter = reporter
+        self._images = ImageTable()
+        self._index: dict[str, int] = {}
+        self.materials: list[Program] = []
+        self.world: Program | None = None
+
+    @property
+    def images(self) -> list[Pixels]:
+        """What the core needs of each image."""
+        return self._images.images
+
+    def index_of(self, material: Any) -> int:
+        """The index of a material; -1, the core's default gray, for None. Raises RenderError if an image is missing."""
+        if material is None:
+            return -1
+        key = material.name_full
+        if key not in self._index:
+            self._index[key] = self._add(self._reported(compile_material(material, self._images)))
+        return self._index[key]
+
+    def emission(self, radiance: np.ndarray) -> int:
+        """The index of a material that emits `radiance` (3,) and scatters nothing."""
+        builder = ProgramBuilder()
+        builder.emit("emission", builder.constant(1.0), builder.constant(radiance), builder.constant(1.0))
+        return self._add(builder.build())
+
+    def set_world(self, world: Any) -> None:
+        """Compiles the world; None is black."""
+        self.world = None if world is None else self._reported(compile_world(world, self._images))
+
+    def _add(self, program: Program) -> int:
+        self.materials.append(program)
+        return len(self.materials) - 1
+
+    def _reported(self, compiled: Compiled) -> Program:
+        for warning in compiled.warnings:
+            self._reporter.warn(warning)
+        return compiled.program

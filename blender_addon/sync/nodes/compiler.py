@@ -1,0 +1,233 @@
+"""Walks a node tree and writes a program; knows links, groups, reroutes and socket types, but no particular node.
+
+No bpy here. A family of nodes adds itself by the two decorators below, keyed by `Node.bl_idname`; to add a node is one
+function there and one operation in the core.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from bentlight_native import ProgramBuilder
+
+from ..images import ImageTable
+
+Outputs = dict[str, int]  # identifier of an output socket -> operand
+NUMBERS = {"VALUE", "INT", "BOOLEAN"}  # socket types that are one number
+
+VALUE_NODES: dict[str, Callable[[NodeView], Outputs]] = {}
+SHADER_NODES: dict[str, Callable[[NodeView, int], None]] = {}
+
+
+def value_node(*idnames: str) -> Callable:
+    """Registers `function(node) -> Outputs`, which returns an operand for each output socket, by identifier."""
+
+    def register(function: Callable[[NodeView], Outputs]) -> Callable:
+        VALUE_NODES.update(dict.fromkeys(idnames, function))
+        return function
+
+    return register
+
+
+def shader_node(*idnames: str) -> Callable:
+    """Registers `function(node, weight) -> None`, which emits the node's closures times the operand `weight`."""
+
+    def register(function: Callable[[NodeView, int], None]) -> Callable:
+        SHADER_NODES.update(dict.fromkeys(idnames, function))
+        return function
+
+    return register
+
+
+@dataclass(frozen=True)
+class Scope:
+    """Where in the nesting of groups: the group node that was entered, and the scope in which it stands."""
+
+    group: Any = None
+    outer: Scope | None = None
+
+    @property
+    def path(self) -> tuple[str, ...]:
+        """Names of the groups around, from the outermost."""
+        return (*self.outer.path, self.group.name) if self.outer else ()
+
+
+@dataclass
+class Compiler:
+    """One material or world on its way to a program. `owner` names it in warnings, as in "Material 'Wall'"."""
+
+    owner: str
+    images: ImageTable
+    builder: ProgramBuilder = field(default_factory=ProgramBuilder)
+    warnings: list[str] = field(default_factory=list)
+    _values: dict[tuple, Outputs] = field(default_factory=dict)
+    _entered: list[tuple] = field(default_factory=list)
+
+    def warn(self, node: Any, text: str) -> None:
+        """Adds a warning that names the owner and the node, once."""
+        message = f"{self.owner}, node '{node.name}': {text}"
+        if message not in self.warnings:
+            self.warnings.append(message)
+
+    def emit(self, operation: str, *operands: int, immediates: tuple = ()) -> int:
+        """An instruction; its first output."""
+        return (*self.builder.emit(operation, *operands, immediates=immediates), 0)[0]
+
+    def shade(self, scope: Scope, socket: Any, weight: int) -> None:
+        """Emits what is linked to a shader input, times `weight`. A color there emits light, as in Cycles."""
+        source = origin(scope, socket)
+        if source.node is None or self.builder.value_of(weight) == (0.0, 0.0, 0.0):
+            return
+        if source.socket.type != "SHADER":
+            color = self._value_of(source, "RGBA", (0.0, 0.0, 0.0))
+            self.emit("emission", weight, color, self.builder.constant(1.0))
+            return
+        function = SHADER_NODES.get(source.node.bl_idname)
+        if function is None or source.key in self._entered:
+            self._unsupported_shader(source, weight)
+            return
+        self._entered.append(source.key)
+        function(NodeView(self, source.scope, source.node), weight)
+        self._entered.pop()
+
+    def value(self, scope: Scope, socket: Any, unlinked: Callable[[], int] | None = None) -> int:
+        """The operand of an input socket, converted to its type; `unlinked` replaces its own value."""
+        source = origin(scope, socket)
+        if source.node is not None:
+            return self._value_of(source, socket.type, socket_value(socket))
+        if unlinked is not None and source.socket is socket:
+            return unlinked()
+        return self._convert(self.builder.constant(socket_value(source.socket)), source.socket.type, socket.type)
+
+    def _value_of(self, source: Origin, wanted: str, fallback: Any) -> int:
+        node, name = source.node, source.node.bl_label
+        if source.key not in self._values:
+            function = VALUE_NODES.get(node.bl_idname)
+            if function is None or source.key in self._entered:
+                self.warn(node, f"'{name}' is not supported yet; a constant is used instead")
+                return self.builder.constant(fallback)
+            self._entered.append(source.key)
+            self._values[source.key] = function(NodeView(self, source.scope, node))
+            self._entered.pop()
+        operand = self._values[source.key].get(source.socket.identifier)
+        if operand is None:
+            self.warn(node, f"'{source.socket.name}' of '{name}' is not supported yet; a constant is used instead")
+            return self.builder.constant(fallback)
+        return self._convert(operand, source.socket.type, wanted)
+
+    def _convert(self, operand: int, have: str, wanted: str) -> int:
+        if wanted in NUMBERS and have == "RGBA":
+            return self.emit("gray", operand)
+        if wanted in NUMBERS and have not in NUMBERS:
+            return self.emit("average", operand)
+        return operand
+
+    def _unsupported_shader(self, source: Origin, weight: int) -> None:
+        """A diffuse surface of the node's color stands for a shader that is not known."""
+        self.warn(source.node, f"'{source.node.bl_label}' is not supported yet; a diffuse surface is used instead")
+        view = NodeView(self, source.scope, source.node)
+        color = view.input("Color") if "Color" in source.node.inputs else view.constant(0.8)
+        self.emit("diffuse", weight, color, view.constant(0.0), view.coordinate("SHADING_NORMAL"))
+
+
+@dataclass(frozen=True)
+class NodeView:
+    """A node as the functions of its family see it."""
+
+    compiler: Compiler
+    scope: Scope
+    node: Any
+
+    def socket(self, identifier: str) -> Any:
+        """The input socket of that identifier, or None (older and newer Blenders have more or fewer)."""
+        return _by_identifier(self.node.inputs, identifier)
+
+    def input(self, identifier: str, unlinked: Callable[[], int] | None = None) -> int:
+        """The operand of an input; `unlinked` makes one if nothing is linked to it."""
+        return self.compiler.value(self.scope, self.socket(identifier), unlinked)
+
+    def normal(self, identifier: str = "Normal") -> int:
+        """The operand of a normal input: the shading normal if nothing is linked."""
+        return self.input(identifier, lambda: self.coordinate("SHADING_NORMAL"))
+
+    def shade(self, identifier: str, weight: int) -> None:
+        """Emits the closures linked to a shader input."""
+        self.compiler.shade(self.scope, self.socket(identifier), weight)
+
+    def is_default(self, identifier: str, value: float) -> bool:
+        """Whether an input has no link and that value, or does not exist."""
+        socket = self.socket(identifier)
+        return socket is None or (not socket.is_linked and abs(socket.default_value - value) < 1e-6)
+
+    def constant(self, value: Any) -> int:
+        """The operand of a number or of three."""
+        return self.compiler.builder.constant(value)
+
+    def coordinate(self, kind: str) -> int:
+        """One of the core's coordinates of the point."""
+        return self.emit("coordinate", immediates=(kind,))
+
+    def emit(self, operation: str, *operands: int, immediates: tuple = ()) -> int:
+        """An instruction; its first output, which the others follow."""
+        return self.compiler.emit(operation, *operands, immediates=immediates)
+
+    def warn(self, text: str) -> None:
+        """A warning that names owner and node."""
+        self.compiler.warn(self.node, text)
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What an input takes its value from: an output of `node`, or with node None the value of `socket` itself."""
+
+    scope: Scope
+    node: Any
+    socket: Any
+
+    @property
+    def key(self) -> tuple[str, ...]:
+        """Tells apart the nodes of all groups."""
+        return (*self.scope.path, self.node.name)
+
+
+def origin(scope: Scope, socket: Any) -> Origin:
+    """Follows the link of an input socket through reroutes, muted nodes and into and out of groups."""
+    while True:
+        link = next((link for link in socket.links if link.is_valid and not link.is_muted), None)
+        if link is None:
+            return Origin(scope, None, socket)
+        node, output = link.from_node, link.from_socket
+        if node.bl_idname == "NodeReroute":
+            socket = node.inputs[0]
+        elif node.mute:
+            inside = next((i for i in node.internal_links if i.to_socket == output), None)
+            if inside is None:
+                return Origin(scope, None, output)
+            socket = inside.from_socket
+        elif node.bl_idname == "ShaderNodeGroup" and node.node_tree:
+            inner = _by_identifier(_group_outputs(node.node_tree), output.identifier)
+            if inner is None:
+                return Origin(scope, None, output)
+            scope, socket = Scope(node, scope), inner
+        elif node.bl_idname == "NodeGroupInput" and scope.outer:
+            socket, scope = _by_identifier(scope.group.inputs, output.identifier), scope.outer
+        else:
+            return Origin(scope, node, output)
+
+
+def socket_value(socket: Any) -> Any:
+    """A socket's own value: a number, or three. Sockets without one (shaders) are 0."""
+    value = getattr(socket, "default_value", 0.0)
+    return tuple(value)[:3] if hasattr(value, "__len__") else float(value)
+
+
+def _by_identifier(sockets: Any, identifier: str) -> Any:
+    return next((socket for socket in sockets if socket.identifier == identifier), None)
+
+
+def _group_outputs(tree: Any) -> Any:
+    ends = [node for node in tree.nodes if node.bl_idname == "NodeGroupOutput"]
+    active = [node for node in ends if node.is_active_output] or ends
+    return active[0].inputs if active else ()

@@ -1,0 +1,82 @@
+"""Nodes with a shader output."""
+
+from __future__ import annotations
+
+from .compiler import NodeView, shader_node
+
+# Inputs of the Principled BSDF that are not supported, with the value at which they do nothing.
+_PRINCIPLED_MISSING = {
+    "Subsurface Weight": 0.0,
+    "Anisotropic": 0.0,
+    "Coat Weight": 0.0,
+    "Sheen Weight": 0.0,
+    "Thin Film Thickness": 0.0,
+}
+
+
+def _distribution(node: NodeView) -> str:
+    kind = node.node.distribution
+    if kind not in ("GGX", "MULTI_GGX"):
+        node.warn(f"the distribution {kind} is not supported yet; GGX is used instead")
+        return "GGX"
+    return kind
+
+
+def _missing(node: NodeView, inputs: dict[str, float]) -> None:
+    used = [name for name, value in inputs.items() if not node.is_default(name, value)]
+    if used:
+        node.warn(f"{', '.join(used)} of '{node.node.bl_label}' not supported yet; left out")
+
+
+@shader_node("ShaderNodeBsdfPrincipled")
+def _principled(node: NodeView, weight: int) -> None:
+    _missing(node, _PRINCIPLED_MISSING)
+    names = (
+        *("Base Color", "Metallic", "Roughness", "Diffuse Roughness", "IOR", "Specular IOR Level", "Specular Tint"),
+        *("Transmission Weight", "Alpha", "Normal", "Emission Color", "Emission Strength"),
+    )
+    operands = (node.normal() if name == "Normal" else node.input(name) for name in names)
+    node.emit("principled", weight, *operands, immediates=(_distribution(node),))
+
+
+@shader_node("ShaderNodeBsdfDiffuse")
+def _diffuse(node: NodeView, weight: int) -> None:
+    node.emit("diffuse", weight, node.input("Color"), node.input("Roughness"), node.normal())
+
+
+@shader_node("ShaderNodeBsdfGlossy", "ShaderNodeBsdfAnisotropic")
+def _glossy(node: NodeView, weight: int) -> None:
+    _missing(node, {"Anisotropy": 0.0})
+    immediates = (_distribution(node),)
+    node.emit("glossy", weight, node.input("Color"), node.input("Roughness"), node.normal(), immediates=immediates)
+
+
+@shader_node("ShaderNodeBsdfGlass")
+def _glass(node: NodeView, weight: int) -> None:
+    _missing(node, {"Thin Film Thickness": 0.0})
+    operands = (node.input("Color"), node.input("Roughness"), node.input("IOR"), node.normal())
+    node.emit("glass", weight, *operands, immediates=(_distribution(node),))
+
+
+@shader_node("ShaderNodeBsdfTransparent")
+def _transparent(node: NodeView, weight: int) -> None:
+    node.emit("transparent", weight, node.input("Color"))
+
+
+@shader_node("ShaderNodeEmission", "ShaderNodeBackground")
+def _emission(node: NodeView, weight: int) -> None:
+    node.emit("emission", weight, node.input("Color"), node.input("Strength"))
+
+
+@shader_node("ShaderNodeMixShader")
+def _mix_shader(node: NodeView, weight: int) -> None:
+    factor = node.emit("clamp", node.input("Fac"))
+    rest = node.emit("math", node.constant(1.0), factor, node.constant(0.0), immediates=("SUBTRACT",))
+    node.shade("Shader", node.emit("multiply", weight, rest))
+    node.shade("Shader_001", node.emit("multiply", weight, factor))
+
+
+@shader_node("ShaderNodeAddShader")
+def _add_shader(node: NodeView, weight: int) -> None:
+    node.shade("Shader", weight)
+    node.shade("Shader_001", weight)
