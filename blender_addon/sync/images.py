@@ -77,6 +77,9 @@ def _byte_pixels(image: Any, values: np.ndarray, warn: Callable[[str], None]) ->
     if not (srgb or space.is_data or space.name in ("Linear Rec.709", "Linear")):
         warn(f"image '{image.name}': the color space '{space.name}' is not supported yet; sRGB is used instead")
         srgb = True
-    if has_associated_alpha(image) and image.alpha_mode == "STRAIGHT":
-        values[..., :3] *= values[..., 3:]
-    return Pixels(np.rint(values * 255).astype(np.uint8), srgb)
+    pixels = np.rint(values * 255).astype(np.uint8)
+    if has_associated_alpha(
+        image
+    ):  # in memory Blender keeps bytes straight, whatever the file has; rounded as Cycles does
+        pixels[..., :3] = pixels[..., :3].astype(np.uint16) * pixels[..., 3:] // 255
+    return Pixels(pixels, srgb)

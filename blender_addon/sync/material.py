@@ -7,20 +7,21 @@
     table.images, table.materials, table.world   # for Scene.add_image(*image), add_material and set_world
 
 Indices are places in those lists, which are those of the native scene if it is filled in order. `compile_material` and
-`compile_world` do the work for one datablock and return their warnings; they need no bpy.
+`compile_world` do the work for one datablock and return their warnings.
 """
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import bpy
 import numpy as np
 from bentlight_native import Program, ProgramBuilder
 
 from ..report import Reporter
 from .images import ImageTable, Pixels
 from .nodes import shaders, textures, values  # noqa: F401  (they register their nodes)
-from .nodes.compiler import Compiler, Scope
+from .nodes.compiler import LUMINANCE, Compiler, Scope
 
 
 class Compiled(NamedTuple):
@@ -32,8 +33,8 @@ class Compiled(NamedTuple):
 
 def compile_material(material: Any, images: ImageTable) -> Compiled:
     """The surface of a material. Adds the images that it uses to `images`; raises RenderError if one is missing."""
-    compiler = Compiler(f"Material '{material.name}'", images)
-    tree = material.node_tree if material.use_nodes else None
+    compiler = Compiler(f"Material '{material.name}'", images, _luminance())
+    tree = _node_tree(material)
     if tree is None:
         _viewport_surface(compiler, material)
     else:
@@ -43,14 +44,25 @@ def compile_material(material: Any, images: ImageTable) -> Compiled:
 
 def compile_world(world: Any, images: ImageTable) -> Compiled:
     """The background of a world; see compile_material."""
-    compiler = Compiler(f"World '{world.name}'", images)
-    tree = world.node_tree if world.use_nodes else None
+    compiler = Compiler(f"World '{world.name}'", images, _luminance())
+    tree = _node_tree(world)
     if tree is None:
         constant = compiler.builder.constant
         compiler.emit("emission", constant(1.0), constant(tuple(world.color)), constant(1.0))
     else:
         _compile_output(compiler, tree)
     return Compiled(compiler.builder.build(), compiler.warnings)
+
+
+def _luminance() -> tuple[float, float, float]:
+    return LUMINANCE if bpy.app.version >= (5, 0) else (0.2126, 0.7152, 0.0722)
+
+
+def _node_tree(datablock: Any) -> Any:
+    """The nodes in use, or None. Up to Blender 4.5 they can be switched off; since 5.0 that switch is deprecated."""
+    switch = datablock.bl_rna.properties.get("use_nodes")
+    can_be_off = switch is not None and not getattr(switch, "is_deprecated", False)
+    return None if can_be_off and not datablock.use_nodes else datablock.node_tree
 
 
 def _compile_output(compiler: Compiler, tree: Any) -> None:

@@ -15,6 +15,7 @@ from bentlight_native import ProgramBuilder
 from ..images import ImageTable
 
 Outputs = dict[str, int]  # identifier of an output socket -> operand
+LUMINANCE = (0.2126390059, 0.7151686788, 0.0721923154)  # of linear Rec. 709 colors, as Blender has them since 5.0
 NUMBERS = {"VALUE", "INT", "BOOLEAN"}  # socket types that are one number
 
 VALUE_NODES: dict[str, Callable[[NodeView], Outputs]] = {}
@@ -56,10 +57,12 @@ class Scope:
 
 @dataclass
 class Compiler:
-    """One material or world on its way to a program. `owner` names it in warnings, as in "Material 'Wall'"."""
+    """One material or world on its way to a program. `owner` names it in warnings, as in "Material 'Wall'";
+    `luminance` weighs the channels of a color that becomes a number."""
 
     owner: str
     images: ImageTable
+    luminance: tuple[float, float, float] = LUMINANCE
     builder: ProgramBuilder = field(default_factory=ProgramBuilder)
     warnings: list[str] = field(default_factory=list)
     _values: dict[tuple, Outputs] = field(default_factory=dict)
@@ -119,7 +122,7 @@ class Compiler:
 
     def _convert(self, operand: int, have: str, wanted: str) -> int:
         if wanted in NUMBERS and have == "RGBA":
-            return self.emit("gray", operand)
+            return self.emit("dot", operand, self.builder.constant(self.luminance))
         if wanted in NUMBERS and have not in NUMBERS:
             return self.emit("average", operand)
         return operand

@@ -6,7 +6,7 @@ import numpy as np
 
 from .compiler import NodeView, Outputs, socket_value, value_node
 
-RAMP_ENTRIES = 256  # the resolution at which Cycles looks a color ramp up
+RAMP_ENTRIES = 257  # at which Cycles evaluates a color ramp, linear in between
 
 
 @value_node("ShaderNodeRGB", "ShaderNodeValue")

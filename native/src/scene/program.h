@@ -54,13 +54,13 @@ void program_run(const program *program, program_context *context);
 #define ENVIRONMENT_PROJECTIONS(X) X(EQUIRECTANGULAR) X(MIRROR_BALL)
 #define NORMAL_SPACES(X) X(TANGENT) X(OBJECT) X(WORLD) X(BLENDER_OBJECT) X(BLENDER_WORLD)
 #define DISTRIBUTIONS(X) X(GGX) X(MULTI_GGX)
-#define CHANNELS(X) X(X) X(Y) X(Z)
+#define CHANNELS(N) N(X) N(Y) N(Z)
 #define SWITCH(X) X(OFF) X(ON)
 
 /* name, outputs, operands, kind, names of each immediate (NAMES(list), or what it is a number of) */
 #define PROGRAM_OPS(OP)                                                                                                \
   OP(coordinate, 1, 0, PER_POINT, NAMES(COORDINATES))                                                                  \
-  OP(gray, 1, 1, PURE, NONE)         /* color -> float: luminance */                                                   \
+  OP(dot, 1, 2, PURE, NONE)                                                                                            \
   OP(average, 1, 1, PURE, NONE)      /* vector -> float */                                                             \
   OP(channel, 1, 1, PURE, NAMES(CHANNELS))                                                                             \
   OP(combine, 1, 3, PURE, NONE)                                                                                        \

@@ -9,8 +9,9 @@
 OPERATION(emission)
 {
   UNUSED;
+  /* Negative light is let through, as in Cycles. */
   const vec3 radiance = v3_scale(v3_mul(*in[0], *in[1]), in[2]->x);
-  context->set->emission = v3_add(context->set->emission, v3_positive(radiance));
+  if (v3_is_finite(radiance)) context->set->emission = v3_add(context->set->emission, radiance);
 }
 
 OPERATION(transparent)

@@ -9,8 +9,7 @@
   void op_##name(const program_context *context, const vec3 *const *in, const int32_t *immediates, vec3 *out)
 #define UNUSED (void)context, (void)in, (void)immediates
 
-/* Luminance of the Rec. 709 primaries. */
-OPERATION(gray) { UNUSED; *out = v3_splat(v3_dot(*in[0], v3(0.2126390059, 0.7151686788, 0.0721923154))); }
+OPERATION(dot) { UNUSED; *out = v3_splat(v3_dot(*in[0], *in[1])); }
 OPERATION(average) { UNUSED; *out = v3_splat(v3_average(*in[0])); }
 OPERATION(channel) { UNUSED; *out = v3_splat(immediates[0] == 0 ? in[0]->x : immediates[0] == 1 ? in[0]->y : in[0]->z); }
 OPERATION(combine) { UNUSED; *out = v3(in[0]->x, in[1]->x, in[2]->x); }

@@ -1,0 +1,50 @@
+"""What Cycles makes of many node trees at once: one emissive quad of one pixel for every value.
+
+Each row of the picture has its own material, each column its own UV, constant over the quad; so the exact place of a
+sample within the pixel does not matter.
+"""
+
+import bpy
+import numpy as np
+
+
+def render_rows(materials, uvs, path):
+    """Radiance (materials, values, 3) of each material at each of `uvs` (values, 2)."""
+    scene = bpy.data.scenes.new("values")
+    rows, columns = len(materials), len(uvs)
+    scene.collection.objects.link(_quads(materials, uvs))
+    camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
+    camera.data.type = "ORTHO"
+    camera.data.ortho_scale = max(rows, columns)
+    camera.location = (columns / 2, rows / 2, 5)
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    render = scene.render
+    render.engine = "CYCLES"
+    render.resolution_x, render.resolution_y, render.resolution_percentage = columns, rows, 100
+    scene.cycles.samples = 1
+    scene.cycles.use_denoising = False
+    scene.cycles.filter_width = 0.01
+    render.image_settings.file_format = "OPEN_EXR"
+    render.image_settings.color_depth = "32"
+    render.filepath = str(path)
+    bpy.ops.render.render(write_still=True, scene=scene.name)
+    image = bpy.data.images.load(str(path))
+    pixels = np.empty(rows * columns * 4, np.float32)
+    image.pixels.foreach_get(pixels)
+    return pixels.reshape(rows, columns, 4)[..., :3]
+
+
+def _quads(materials, uvs):
+    rows, columns = len(materials), len(uvs)
+    row, column = np.divmod(np.arange(rows * columns), columns)
+    corner = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    vertices = (np.stack([column, row, 0 * row], 1)[:, None] + corner).reshape(-1, 3)
+    mesh = bpy.data.meshes.new("quads")
+    mesh.from_pydata(vertices, [], np.arange(len(vertices)).reshape(-1, 4))
+    layer = mesh.uv_layers.new(name="UV")
+    layer.uv.foreach_set("vector", np.repeat(np.asarray(uvs, np.float32)[column], 4, axis=0).ravel())
+    mesh.polygons.foreach_set("material_index", row.astype(np.int32))
+    for material in materials:
+        mesh.materials.append(material)
+    return bpy.data.objects.new("quads", mesh)
