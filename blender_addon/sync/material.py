@@ -55,7 +55,7 @@ def compile_world(world: Any, images: ImageTable) -> Compiled:
 
 
 def _luminance() -> tuple[float, float, float]:
-    return LUMINANCE if bpy.app.version >= (5, 0) else (0.2126, 0.7152, 0.0722)
+    return LUMINANCE if bpy.app.version >= (5, 0) else (0.2126729, 0.7151522, 0.0721750)
 
 
 def _node_tree(datablock: Any) -> Any:
