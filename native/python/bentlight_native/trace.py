@@ -72,9 +72,9 @@ def ray_path(
         tolerance: wanted angular error, radians.
 
     Returns:
-        dict. ``"position"`` (n, 3) and ``"direction"`` (n, 3) local unit directions of travel, NaN beyond the ray's end
-        (infinity, or just above the horizon); ``"far"`` (n,) bool: beyond the throat, where position and direction are
-        in the other mouth's axes.
+        dict. ``"position"`` (n, 3) and ``"direction"`` (n, 3) local unit directions of travel, NaN beyond the ray's
+        end (infinity, or just above the horizon); ``"far"`` (n,) bool: beyond the throat, where position and direction
+        are in the other mouth's axes.
 
     Raises:
         ValueError: as ``trace_rays``, and for Mino times that do not ascend.

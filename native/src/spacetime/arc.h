@@ -105,13 +105,16 @@ LANES_INLINE void arc_load(const double (*origins)[3], const double (*directions
   for (int k = 0; k < 3; k++) direction[k] /= length;
 }
 
-/* The Mino-time step at which the last two terms of a series of this order, of the given sizes, reach `tolerance`. */
-LANES_INLINE lanes arc_step_length(lanes last, lanes second_last, int order, lanes tolerance)
+/* The Mino-time step that brings the last term of a series to `tolerance`, from the sizes of the last four: size[i]
+ * belongs to order - i. Each is an estimate of the radius of convergence, size^(-1 / order). The last two would do for
+ * most rays, but symmetric ones (at a turning point, at r = 6M) have up to three vanishing terms in a row. */
+LANES_INLINE lanes arc_step_length(const lanes size[4], int order, lanes tolerance)
 {
-  const double tiny = 1e-200;
-  const lanes a = lanes_rough_root(tolerance / (last + tiny), 1.0 / order);
-  const lanes b = lanes_rough_root(tolerance / (second_last + tiny), 1.0 / (order - 1));
-  return 0.9 * lanes_min(a, b);
+  lanes inverse_radius = lanes_all(1e-100);
+#pragma GCC unroll 4
+  for (int i = 0; i < 4; i++)
+    inverse_radius = lanes_max(inverse_radius, lanes_rough_root(size[i], 1.0 / (order - i)));
+  return 0.9 * lanes_rough_root(tolerance, 1.0 / order) / inverse_radius;
 }
 
 /* The plane of an orbit: n along the origin, m the unit vector in which the ray leaves it, L = r |tangential direction|.
@@ -143,8 +146,9 @@ LANES_INLINE void arc_planar_basis(const arc_ray *ray, lanes offset, lanes n[3],
 
 /* Fate and conditioning of a ray outside a hole, known at launch. w'^2 = P(w) has one barrier between infinity and the
  * horizon, at ray->peak: P there, `barrier`, tells whether the ray can pass. `scale`: the size of the terms of P.
- * An error e of the constants changes a ray that must pass the barrier by e / (P / scale) radians (it winds like
- * -ln P); one that starts near the top of the barrier and leaves it, by e / (its distance). */
+ * Near the top of the barrier the motion is x'' = k^2 x with x = w - peak, and P = barrier + (kx)^2: an error e of a ray at
+ * distance x0 from the top (its speed counts as distance too) has grown to e x0 / barrier when the ray leaves, to e / x0
+ * if it does not come closer. */
 LANES_INLINE void arc_judge(arc_ray *ray, lanes barrier, lanes scale)
 {
   const lanes_mask inward = ray->v > 0, outward = ray->v < 0, inside = ray->w > ray->peak, open = barrier > 0;
@@ -153,7 +157,8 @@ LANES_INLINE void arc_judge(arc_ray *ray, lanes barrier, lanes scale)
                       lanes_abs(ray->v) / lanes_sqrt(scale);
   ray->doomed = (inward & (inside | open)) | (inside & ~inward & ~(outward & open));
   ray->side = lanes_all(1);
-  ray->depth = lanes_min(lanes_select(toward, lanes_abs(barrier) / scale, apart), lanes_all(1));
+  const lanes near = lanes_min(apart, lanes_all(1)), closest = lanes_abs(barrier) / (scale * near);
+  ray->depth = lanes_min(lanes_select(toward, closest, near), lanes_all(1));
 }
 
 #include "spacetime/ellis.h"

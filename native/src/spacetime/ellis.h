@@ -22,9 +22,9 @@ LANES_INLINE void ellis_launch(const arc_space *space, const lanes origin[3], co
   ray->weight = lanes_sqrt(ray->curl + rho * rho) * (1 / rho);
   ray->peak = lanes_all(space->horizon);
   const lanes b = ray->momentum, barrier = (rho - b) * (rho + b) * (1 / (rho * rho));
-  const lanes apart = lanes_abs(ray->side) + lanes_abs(ray->v) * (1 / rho);
+  const lanes near = lanes_min(lanes_abs(ray->side) + lanes_abs(ray->v) * (1 / rho), lanes_all(1)); /* as in arc_judge */
   ray->doomed = (lanes_mask){0};
-  ray->depth = lanes_min(lanes_select(ray->side * ray->v < 0, lanes_abs(barrier), apart), lanes_all(1));
+  ray->depth = lanes_min(lanes_select(ray->side * ray->v < 0, lanes_abs(barrier) / near, near), lanes_all(1));
 }
 
 LANES_INLINE void ellis_expand(const arc_space *space, const arc_ray *ray, lanes tolerance, int order, arc *arc)
@@ -39,12 +39,12 @@ LANES_INLINE void ellis_expand(const arc_space *space, const arc_ray *ray, lanes
     p[k + 1] = series_product(w, v, k) * (rho / (k + 1));
     v[k + 1] = series_product(p, w, k) * (push * (1.0 / (k + 1)));
   }
-  lanes size[2];
-  for (int i = 0; i < 2; i++)
+  lanes size[4];
+  for (int i = 0; i < 4; i++)
     size[i] = ray->weight *
               (rho * lanes_abs(w[order - i]) + lanes_abs(p[order - i]) + lanes_abs(v[order - i]) * (1 / rho));
   const lanes longest = ARC_TURN_MAX / lanes_max(ray->momentum, lanes_all(rho));
-  arc->step = lanes_min(arc_step_length(size[0], size[1], order, tolerance), longest);
+  arc->step = lanes_min(arc_step_length(size, order, tolerance), longest);
 }
 
 LANES_INLINE void ellis_advance(const arc *arc, lanes offset, arc_ray *ray)

@@ -61,7 +61,10 @@ LANES_INLINE void kerr_find_barrier(const arc_space *space, arc_ray *ray)
   const lanes_mask none = (A >= 0) | (discriminant < 0) | (stationary >= space->horizon);
   const lanes w = lanes_select(none, lanes_all(0), stationary);
   ray->peak = w;
-  arc_judge(ray, E2 + w * w * (A + w * (2 * M * K - B * w)), E2 + lanes_abs(A) * w * w);
+  /* P(peak) from P at the ray's own place, so that it keeps its digits near the top of the barrier */
+  const lanes x = ray->w - w, bend = lanes_select(none, A, w * (3 * M * K - 4 * B * w));
+  const lanes barrier = ray->v * ray->v - x * x * (bend + x * (2 * M * K - B * (4 * w + x)));
+  arc_judge(ray, barrier, E2 + lanes_abs(A) * w * w);
   ray->doomed |= E <= 0;
 }
 
@@ -129,8 +132,8 @@ LANES_INLINE void kerr_expand(const arc_space *space, const arc_ray *ray, lanes 
   }
   const lanes weight = lanes_min(ray->weight, 2 / lanes_max(ray->w, lanes_all(1e-300)));
   const lanes_mask ignore_drag = ray->doomed & -(int64_t)(space->ends_only != 0);
-  lanes size[2];
-  for (int i = 0; i < 2; i++) {
+  lanes size[4];
+  for (int i = 0; i < 4; i++) {
     const int o = order - i;
     size[i] = lanes_max(lanes_abs(x[o]), lanes_max(lanes_abs(y[o]), lanes_abs(z[o]))) + weight * lanes_abs(w[o]) +
               lanes_select(ignore_drag, lanes_all(0), lanes_abs(drag[o]));
@@ -138,7 +141,7 @@ LANES_INLINE void kerr_expand(const arc_space *space, const arc_ray *ray, lanes 
   const lanes speed = lanes_sqrt(lanes_dot(ray->m, ray->m)) + lanes_abs(s * E);
   const lanes longest = lanes_min(ARC_TURN_MAX / (speed + 1e-200),
                                   (ray->w + space->horizon) / (lanes_abs(ray->v) + 1e-200));
-  arc->step = lanes_min(arc_step_length(size[0], size[1], order, tolerance), longest);
+  arc->step = lanes_min(arc_step_length(size, order, tolerance), longest);
 }
 
 LANES_INLINE void kerr_advance(const arc_space *space, const arc *arc, lanes offset, arc_ray *ray)

@@ -28,7 +28,9 @@ LANES_INLINE void schwarzschild_launch(const arc_space *space, const lanes origi
   ray->v = -lapse * lanes_dot(direction, ray->n);
   ray->weight = lanes_sqrt(ray->curl + M * M * lapse * lapse) / lapse;
   ray->peak = lanes_all(1 / (3 * M));
-  arc_judge(ray, lapse * lapse - ray->curl * (1 / (27 * M * M)), lapse * lapse + ray->curl * (1 / (9 * M * M)));
+  /* P(peak) = E^2 - L^2 / (27 M^2), written so that it keeps its digits near the photon sphere */
+  const lanes x = ray->w - ray->peak, barrier = ray->v * ray->v - ray->curl * x * x * (1 + 2 * M * x);
+  arc_judge(ray, barrier, lapse * lapse + ray->curl * (1 / (9 * M * M)));
 }
 
 LANES_INLINE void schwarzschild_expand(const arc_space *space, const arc_ray *ray, lanes tolerance, int order, arc *arc)
@@ -42,7 +44,9 @@ LANES_INLINE void schwarzschild_expand(const arc_space *space, const arc_ray *ra
     w[k + 2] = (linear * w[k] + quadratic * square[k]) * (1.0 / ((k + 1) * (k + 2)));
   }
   const lanes weight = lanes_min(ray->weight, 2 / lanes_max(ray->w, lanes_all(1e-300)));
-  const lanes step = arc_step_length(weight * lanes_abs(w[order]), weight * lanes_abs(w[order - 1]), order, tolerance);
+  lanes size[4];
+  for (int i = 0; i < 4; i++) size[i] = weight * lanes_abs(w[order - i]);
+  const lanes step = arc_step_length(size, order, tolerance);
   const lanes turn = ARC_TURN_MAX / (ray->momentum + 1e-200);
   arc->step = lanes_min(step, lanes_min(turn, (ray->w + space->horizon) / (lanes_abs(ray->v) + 1e-200)));
 }
