@@ -1,0 +1,97 @@
+"""A black hole in the middle of an ordinary room.
+
+The hole has the mass M = 0.1: its horizon is a sphere of radius M/2 = 0.05 around the room's middle, smaller than an
+orange. What you see as the black disk is its shadow, ten times wider, because every ray that comes closer than the
+photon sphere falls in. The wall behind forms an Einstein ring around it, and stones float within 3 M of the horizon.
+"""
+
+import math
+
+import bpy
+import common
+import materials
+import numpy as np
+import objects
+
+MASS = 0.1
+CENTER = (0.0, 0.0, 1.65)
+
+
+def build() -> bpy.types.Scene:
+    """Makes the scene in the current file and returns it."""
+    scene = common.new_scene(samples=128)
+    scene.bentlight.max_bounces = 8
+    build_room()
+    build_furniture()
+    build_hole(MASS, 0.0)
+    objects.camera((0.3, -5.3, 2.0), (0.05, 0.0, 1.5), lens_mm=30)
+    return scene
+
+
+def build_room() -> None:
+    """A closed room, 7 wide, 9 deep, 3.6 high, with one big lamp under the ceiling and a window behind the camera."""
+    tiles = materials.image_from_pixels("Tiles", materials.tile_pattern())
+    wall = materials.textured("Tiled wall", tiles, (1.25, 1.25), roughness=0.35)
+    plaster = materials.principled("Plaster", (0.80, 0.77, 0.72), roughness=0.9)
+    red = materials.principled("Red plaster", (0.60, 0.13, 0.08), roughness=0.9)
+    green = materials.principled("Green plaster", (0.12, 0.36, 0.20), roughness=0.9)
+    floor = materials.checker("Floor", (0.55, 0.50, 0.44), (0.16, 0.13, 0.11), 2.0, roughness=0.25)
+    objects.quad("Back wall", (-3.5, 3.2, 0), (7, 0, 0), (0, 0, 3.6), wall)
+    objects.quad("Front wall", (3.5, -5.8, 0), (-7, 0, 0), (0, 0, 3.6), plaster)
+    objects.quad("Left wall", (-3.5, -5.8, 0), (0, 9, 0), (0, 0, 3.6), red)
+    objects.quad("Right wall", (3.5, 3.2, 0), (0, -9, 0), (0, 0, 3.6), green)
+    objects.quad("Floor", (-3.5, -5.8, 0), (7, 0, 0), (0, 9, 0), floor)
+    objects.quad("Ceiling", (-3.5, 3.2, 3.6), (7, 0, 0), (0, -9, 0), plaster)
+    objects.area_light("Ceiling lamp", (0, 0.2, 3.58), (0, 0.2, 0), (4.2, 3.6), 230, (1.0, 0.93, 0.82))
+    objects.area_light("Window", (0, -5.78, 2.0), (0, 0, 2.0), (4.0, 2.0), 70, (0.75, 0.87, 1.0))
+
+
+def build_furniture() -> None:
+    """Suzanne, a glass and a metal sphere, on plinths around the hole."""
+    stone = materials.principled("Stone", (0.72, 0.70, 0.66), roughness=0.8)
+    clay = materials.principled("Glazed clay", (0.85, 0.30, 0.06), roughness=0.3)
+    glass = materials.principled("Glass", (1, 1, 1), roughness=0.0, transmission_weight=1.0, ior=1.5)
+    brass = materials.principled("Brass", (0.90, 0.66, 0.28), roughness=0.12, metallic=1.0)
+    objects.box("Left plinth", (-1.75, 0.9, 0.40), (0.9, 0.9, 0.8), stone, 12)
+    objects.suzanne((-1.75, 0.9, 1.28), 1.15, 22, clay)
+    objects.box("Right plinth", (1.85, 1.2, 0.40), (0.9, 0.9, 0.8), stone, -14)
+    objects.sphere("Brass sphere", (1.85, 1.2, 1.25), 0.45, brass)
+    objects.sphere("Glass sphere", (1.0, -0.9, 0.45), 0.45, glass)
+    objects.box(
+        "Cube",
+        (-0.95, -0.9, 0.25),
+        (0.5, 0.5, 0.5),
+        materials.principled("Blue", (0.06, 0.16, 0.48), roughness=0.4),
+        35,
+    )
+
+
+def build_hole(mass: float, spin: float) -> None:
+    """The hole itself, and stones around it."""
+    bpy.ops.bentlight.black_hole_add(mass=mass, spin=spin, location=CENTER)
+    bpy.context.object.name = "Black hole"
+    build_stones(mass)
+
+
+def build_stones(mass: float, count: int = 42) -> None:
+    """A tilted ring of tetrahedra from 1.1 M to 2.9 M above the horizon (in the scene), in reproducible disorder."""
+    random = np.random.default_rng(7)
+    stones = [
+        materials.principled("Pale stone", (0.85, 0.78, 0.66), roughness=0.7),
+        materials.principled("Amber stone", (0.95, 0.45, 0.08), roughness=0.35),
+    ]
+    corners = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]) / math.sqrt(3)
+    tilt = math.radians(24)
+    for i in range(count):
+        angle = 2 * math.pi * (i + random.uniform(-0.3, 0.3)) / count
+        radius = mass * random.uniform(1.6, 3.4)
+        x, y, z = radius * math.cos(angle), radius * math.sin(angle), mass * random.normal(0, 0.12)
+        position = np.array((x * math.cos(tilt) - z * math.sin(tilt), y, x * math.sin(tilt) + z * math.cos(tilt)))
+        turn, _ = np.linalg.qr(random.normal(size=(3, 3)))
+        turn *= np.sign(np.linalg.det(turn))
+        vertices = corners @ turn.T * mass * random.uniform(0.15, 0.34) + position + CENTER
+        objects.add_mesh(f"Stone {i:02d}", vertices, [(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)], stones[i % 5 == 0])
+
+
+if __name__ == "__main__":
+    common.main(build, "room_schwarzschild.png")
