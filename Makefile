@@ -90,5 +90,5 @@ build/native-4.5.stamp: build/wheel.stamp .venv-4.5/ready
 build/sanitized.stamp: $(native) tests/native/smoke.c | .venv/ready
 	rm -rf build/sanitized/site
 	$(python) $(pip_build) install --no-build-isolation --no-deps --target build/sanitized/site \
-	  -Cbuild-dir=../build/sanitized/cmake -Ccmake.build-type=RelWithDebInfo -Ccmake.define.BENT_SANITIZE=ON ./native
+	  -Cbuild-dir=../build/sanitized/cmake -Ccmake.build-type=Debug -Ccmake.define.BENT_SANITIZE=ON ./native
 	touch $@
