@@ -172,7 +172,7 @@ def test_bad_settings_are_named(room, change, word):
 @pytest.mark.parametrize("tile", [(8, 0, 1, 1), (0, 7, 1, 2), (-1, 0, 1, 1), (0, 0, 1 << 33, 1)])
 def test_tiles_outside_the_image_are_refused(room, tile):
     shape = (max(min(tile[3], 8), 1), max(min(tile[2], 8), 1), 4)
-    with pytest.raises(ValueError, match="tile|combined"):
+    with pytest.raises(ValueError, match=r"tile|combined"):
         room.render_tile(*tile, RenderSettings(8, 8), {"combined": np.zeros(shape, np.float32)})
 
 

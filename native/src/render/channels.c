@@ -13,7 +13,7 @@ static const bent_channel CHANNELS[CHANNEL_COUNT] = {
     [CHANNEL_POSITION] = {"position", 3, BENT_FIRST, "world position of the first surface; 0 without one"},
     [CHANNEL_EMISSION] = {"emission", 3, BENT_MEAN, "radiance that directly seen surfaces emit"},
     [CHANNEL_ENVIRONMENT] = {"environment", 3, BENT_MEAN, "radiance of the directly seen sky and suns"},
-    [CHANNEL_DENOISING_ALBEDO] = {"denoising_albedo", 3, BENT_MEAN, "albedo of the first surface that is not a mirror"},
+    [CHANNEL_DENOISING_ALBEDO] = {"denoising_albedo", 3, BENT_MEAN, "albedo and emission of the first surface that is not mostly mirror or glass, or the sky"},
     [CHANNEL_DENOISING_NORMAL] = {"denoising_normal", 3, BENT_MEAN, "normal of that surface in camera space, z along the view"},
     [CHANNEL_ERROR] = {"error", 1, BENT_MAX,
                        "largest estimated angular error of the camera rays, radians; pi for an unresolved one"},

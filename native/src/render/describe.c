@@ -52,6 +52,7 @@ void describe_features(const tracer *t, path *path, sample_record *record, const
                        const closure_set *set)
 {
   if (path->featured) return;
+  record_add(record, CHANNEL_DENOISING_ALBEDO, v3_mul(path->feature_beta, set->emission));
   double rough = 0, all = 0;
   for (int i = 0; i < set->count; i++) {
     all += set->closures[i].share;
@@ -59,7 +60,7 @@ void describe_features(const tracer *t, path *path, sample_record *record, const
   }
   if (all > 0 && 4 * rough <= all) return;
   path->featured = 1;
-  record_vec3(record, CHANNEL_DENOISING_ALBEDO, v3_mul(path->feature_beta, bsdf_albedo(set)));
+  record_add(record, CHANNEL_DENOISING_ALBEDO, v3_mul(path->feature_beta, bsdf_albedo(set)));
   vec3 normal = camera_from_world_direction(t->scene->camera, mean_normal(point, set, is_rough));
   normal.z = -normal.z; /* Cycles' camera space looks along +z */
   record_vec3(record, CHANNEL_DENOISING_NORMAL, normal);

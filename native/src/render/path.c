@@ -90,7 +90,10 @@ static int start(const tracer *t, const pixel_sample *wanted, path *p, bent_ray 
   const double x = (wanted->x + 0.5 + filter_offset(&t->filter, u[0])) / s->width;
   const double y = (wanted->y + 0.5 + filter_offset(&t->filter, u[1])) / s->height;
   camera_ray camera;
-  if (!camera_cast(t->scene->camera, x, y, &camera)) return 0;
+  if (!camera_cast(t->scene->camera, x, y, &camera)) {
+    record->value[CHANNEL_COMBINED][3] = 1; /* black and opaque, as Cycles */
+    return 0;
+  }
   *p = (path){.beta = {1, 1, 1}, .feature_beta = {1, 1, 1}, .alpha = 1, .pixel_key = key, .sample = wanted->sample,
               .depth_per_length = camera.depth_per_length};
   *ray = (bent_ray){.angular_tolerance = t->angle, .length_min = camera.length_min, .length_max = camera.length_max,
@@ -114,6 +117,7 @@ static void gather_sky(const tracer *t, path *p, const bent_ray *ray, const bent
   const vec3 sky = v3_add(shading_sky(t->scene->shading, direction),
                           suns_radiance(t->scene->suns, direction, ray->visibility));
   const vec3 contribution = limited(t, p, sky);
+  if (!p->featured) record_add(record, CHANNEL_DENOISING_ALBEDO, v3_mul(p->feature_beta, sky));
   if (p->bounces == 0) {
     record_add(record, CHANNEL_ENVIRONMENT, contribution);
     if (t->settings->film_transparent) {
