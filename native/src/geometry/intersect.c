@@ -1,12 +1,16 @@
-/* The nearest hit along each ray: checks the rays, and sends each through flat space or through the spacetime objects. */
+/* The nearest hit along each ray: checks the rays and takes them, leg by leg, to their end. */
 #include "bentlight/intersect.h"
 
 #include <math.h>
 
 #include "geometry/flat.h"
+#include "geometry/travel.h"
 #include "scene/scene.h"
 
-enum { BATCH = 256 }; /* rays between two looks at the progress cell */
+enum {
+  BATCH = 256,   /* rays between two looks at the progress cell, side by side in one batch */
+  LEGS_MAX = 64, /* a ray that goes to and fro between lenses for longer is unresolved */
+};
 
 static bent_status check_ray(const geometry *g, size_t index, const bent_ray *ray, bent_error *error)
 {
@@ -23,7 +27,90 @@ static bent_status check_ray(const geometry *g, size_t index, const bent_ray *ra
        (size_t)ray->source_triangle >= g->meshes[g->instances[ray->source_instance].mesh].triangle_count))
     return bent_fail(error, BENT_ERROR_ARGUMENT, "ray %zu: there is no triangle %d of instance %d", index,
                      ray->source_triangle, ray->source_instance);
+  const lens *l = geometry_lens_at(g, o);
+  double at[3];
+  if (l) v3_to(at, mat4_point(&l->spacetime_from_world, o));
+  if (l && !bent_spacetime_contains(&l->spacetime, at))
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "ray %zu: starts inside the horizon of spacetime object %d", index,
+                     (int)(l - g->lenses));
   return BENT_OK;
+}
+
+static void set_out(const geometry *g, const bent_ray *ray, traveler *t, bent_hit *hit)
+{
+  *hit = (bent_hit){.fate = BENT_UNRESOLVED, .instance = -1, .triangle = -1, .position = {NAN, NAN, NAN}, .sky = -1};
+  t->position = v3_from(ray->origin);
+  t->direction = v3_normalize(v3_from(ray->direction));
+  const lens *l = geometry_lens_at(g, t->position);
+  t->leg = l ? (int)(l - g->lenses) : LEG_FLAT;
+  t->left = -1;
+  t->leaving = ray->source_instance >= 0;
+  t->legs = 0;
+}
+
+/* The lens whose sphere a straight line enters first, and at what length; -1 and INFINITY if none. The line comes out of
+ * the lens `left`, which it cannot meet again. */
+static int next_lens(const geometry *g, vec3 origin, vec3 direction, int left, double *length)
+{
+  int next = -1;
+  *length = INFINITY;
+  for (int i = 0; i < (int)g->lens_count; i++) {
+    const lens *l = &g->lenses[i];
+    if (l->flat || i == left) continue;
+    const vec3 to = v3_sub(l->center, origin);
+    const double along = v3_dot(to, direction);
+    const vec3 closest = v3_mad(direction, -along, to);
+    const double half2 = l->radius * l->radius - v3_dot(closest, closest);
+    if (!(along > 0) || !(half2 > 0)) continue;
+    const double entry = fmax(along - sqrt(half2), 0);
+    if (entry < *length) *length = entry, next = i;
+  }
+  return next;
+}
+
+static void travel_flat(const geometry *g, const bent_ray *ray, traveler *t, bent_hit *hit)
+{
+  double entry;
+  const int next = next_lens(g, t->position, t->direction, t->left, &entry);
+  const double near = fmax(ray->length_min - hit->length, 0), far = fmin(ray->length_max - hit->length, entry);
+  v3_to(hit->direction, t->direction);
+  const double length = far >= near ? flat_nearest(g, ray, t->position, t->direction, near, far, t->leaving, hit)
+                                    : INFINITY;
+  t->leaving = 0;
+  if (length < INFINITY) {
+    hit->fate = BENT_HIT;
+    hit->length += length;
+    t->leg = LEG_OVER;
+  } else if (next < 0) {
+    hit->fate = BENT_ESCAPED;
+    hit->length = INFINITY;
+    t->leg = LEG_OVER;
+  } else {
+    hit->length += entry;
+    t->position = v3_mad(t->direction, entry, t->position);
+    t->leg = next;
+  }
+}
+
+/* One leg of every ray of the batch that is still on its way; returns how many then are. */
+static size_t travel(const geometry *g, size_t n, const bent_ray *rays, traveler *travelers, bent_hit *hits)
+{
+  uint32_t index[BATCH];
+  for (size_t i = 0; i < n; i++) {
+    traveler *t = &travelers[i];
+    if (t->leg == LEG_OVER) continue;
+    if (t->legs++ == LEGS_MAX) hits[i].fate = BENT_UNRESOLVED, t->leg = LEG_OVER;
+    if (t->leg == LEG_FLAT) travel_flat(g, &rays[i], t, &hits[i]);
+  }
+  for (size_t l = 0; l < g->lens_count; l++) {
+    size_t count = 0;
+    for (size_t i = 0; i < n; i++)
+      if (travelers[i].leg == (int)l) index[count++] = (uint32_t)i;
+    if (count) BENT_CALL(bent_travel_curved)(g, (int)l, count, index, rays, travelers, hits);
+  }
+  size_t left = 0;
+  for (size_t i = 0; i < n; i++) left += travelers[i].leg != LEG_OVER;
+  return left;
 }
 
 bent_status bent_scene_intersect(const bent_scene *scene, size_t n, const bent_ray *rays, bent_hit *hits,
@@ -32,16 +119,19 @@ bent_status bent_scene_intersect(const bent_scene *scene, size_t n, const bent_r
   if (!scene->committed)
     return bent_fail(error, BENT_ERROR_STATE, "intersect: the scene has edits that are not committed");
   const geometry *g = scene->geometry;
+  traveler travelers[BATCH];
   for (size_t begin = 0; begin < n; begin += BATCH) {
-    const size_t end = begin + BATCH < n ? begin + BATCH : n;
+    const size_t count = n - begin < BATCH ? n - begin : BATCH;
     if (progress && atomic_load_explicit(&progress->cancel, memory_order_relaxed))
       return bent_fail(error, BENT_CANCELLED, "intersect: cancelled");
-    for (size_t i = begin; i < end; i++) {
-      const bent_status status = check_ray(g, i, &rays[i], error);
+    for (size_t i = 0; i < count; i++) {
+      const bent_status status = check_ray(g, begin + i, &rays[begin + i], error);
       if (status) return status;
+      set_out(g, &rays[begin + i], &travelers[i], &hits[begin + i]);
     }
-    for (size_t i = begin; i < end; i++) flat_intersect(g, &rays[i], &hits[i]);
-    if (progress) atomic_fetch_add_explicit(&progress->done, end - begin, memory_order_relaxed);
+    while (travel(g, count, rays + begin, travelers, hits + begin)) {
+    }
+    if (progress) atomic_fetch_add_explicit(&progress->done, count, memory_order_relaxed);
   }
   return BENT_OK;
 }

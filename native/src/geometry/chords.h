@@ -1,0 +1,172 @@
+/* Cutting an arc into chords, and asking Embree for each: the inner loop of the curved kernel.
+ *
+ * A chord may stray from the arc by the ray's tolerance. How far it does is measured at its middle: on so short a piece an
+ * arc is nearly a parabola, whose largest distance from the chord is y / (4 s (1 - s)) if it is y at the fraction s. The
+ * next chord is chosen from the last by the square-root law of that distance. Where a chord with all that strays from it
+ * misses the bounding sphere of the geometry, it is not asked for, and may be long.
+ */
+#ifndef BENT_GEOMETRY_CHORDS_H
+#define BENT_GEOMETRY_CHORDS_H
+#include "geometry/march.h"
+
+/* A chord that is not asked for may stray by this fraction of its length: it only adds to the length of the ray. */
+#define STRAY_UNSEEN 0.05
+/* Trials of one chord; each shortens it by at least a tenth. */
+#define TRIALS_MAX 100
+
+/* A chord from m->here at one offset to `end` at another. */
+typedef struct chord {
+  lanes end[3], span[3], size; /* size = |span| */
+  lanes stray, allowed;
+  lanes_mask unseen;
+} chord;
+
+LANES_INLINE chord chord_measure(const march *m, const arc *arc, lanes from, lanes to)
+{
+  chord c;
+  lanes middle[3], center[3], off[3], across[3];
+  march_position(m, arc, 0.5 * (from + to), middle);
+  march_position(m, arc, to, c.end);
+  const double to_center[3] = {m->g->center.x, m->g->center.y, m->g->center.z};
+  for (int k = 0; k < 3; k++) {
+    c.span[k] = c.end[k] - m->here[k];
+    off[k] = middle[k] - m->here[k];
+    center[k] = to_center[k] - m->here[k];
+  }
+  const lanes size2 = lanes_max(lanes_dot(c.span, c.span), lanes_all(1e-300));
+  for (int k = 0; k < 3; k++)
+    across[k] = off[(k + 1) % 3] * c.span[(k + 2) % 3] - off[(k + 2) % 3] * c.span[(k + 1) % 3];
+  c.size = lanes_sqrt(size2);
+  const lanes part = lanes_clamp(lanes_dot(off, c.span) / size2, 0.02, 0.98);
+  c.stray = lanes_sqrt(lanes_dot(across, across)) / c.size * (0.25 / (part * (1 - part)));
+  const lanes nearest = lanes_clamp(lanes_dot(center, c.span) / size2, 0, 1);
+  for (int k = 0; k < 3; k++) center[k] -= nearest * c.span[k];
+  const lanes reach = m->g->radius + 2 * c.stray;
+  c.unseen = (lanes_dot(center, center) > reach * reach) | m->blind | lanes_mask_all(m->g->radius < 0);
+  c.allowed = lanes_select(c.unseen, lanes_max(STRAY_UNSEEN * c.size, m->tolerance), m->tolerance);
+  return c;
+}
+
+/* Leaving lanes whose chord would end behind the source's plane: the arc comes back through it. */
+LANES_INLINE lanes_mask chord_returns(const march *m, const chord *c)
+{
+  return m->leaving & (lanes_dot(c->span, m->source) <= 0);
+}
+
+/* The longest good chord of each walking lane: from `from` to at most `*to`, which is shortened. */
+LANES_INLINE chord chord_choose(const march *m, const arc *arc, lanes from, lanes *to, lanes_mask walking)
+{
+  chord c;
+  const lanes least = 1e-12 * (*to - from);
+  for (int trial = 0; trial < TRIALS_MAX; trial++) {
+    c = chord_measure(m, arc, from, *to);
+    const lanes_mask strays = c.stray > c.allowed, returns = chord_returns(m, &c);
+    const lanes_mask again = walking & (strays | returns) & (*to - from > least);
+    if (!lanes_any(again)) break;
+    lanes factor = lanes_clamp(0.9 * lanes_sqrt(c.allowed / c.stray), 0.1, 0.9);
+    factor = lanes_select(returns, lanes_min(factor, lanes_all(0.5)), factor);
+    *to = lanes_select(again, from + factor * (*to - from), *to);
+  }
+  return c;
+}
+
+/* Where lanes in `out` leave the sphere of the lens between two offsets, by the Illinois variant of regula falsi. The
+ * sphere is entered at offset `from` when a leg begins there, so what is inside must be taken on trust at that end. */
+LANES_INLINE lanes lens_edge(const march *m, const arc *arc, lanes from, lanes to, lanes_mask out)
+{
+  const double radius = m->lens->radius / m->lens->scale, radius2 = radius * radius;
+  lanes low = from, high = to, low_value = {0}, high_value = {0};
+  for (int i = 0; i < 16; i++) {
+    lanes x = i == 0 ? low : i == 1 ? high : low - low_value * (high - low) / (high_value - low_value);
+    lanes numerator[3], w;
+    lanes_mask far;
+    arc_position(&m->space, &m->ray, arc, x, numerator, &w, &far);
+    const lanes value = lanes_dot(numerator, numerator) - radius2 * w * w;
+    if (i == 0) low_value = lanes_min(value, -1e-15 * radius2 * w * w);
+    else if (i == 1) high_value = value;
+    else {
+      const lanes_mask inside = value < 0;
+      low_value = lanes_select(inside, value, 0.5 * low_value);
+      high_value = lanes_select(inside, 0.5 * high_value, value);
+      low = lanes_select(inside, x, low), high = lanes_select(inside, high, x);
+    }
+  }
+  return lanes_select(out, high, to);
+}
+
+/* Asks Embree for one lane's chord. Returns nonzero on a hit. `from`: the ray's length at the chord's beginning. */
+static int chord_ask(march *m, int lane, const chord *c, double from, found *f)
+{
+  const bent_ray *ray = &m->rays[m->target[lane]];
+  const double size = c->size[lane];
+  if (from > ray->length_max) {
+    m->blind[lane] = -1;
+    return 0;
+  }
+  if (from + size <= ray->length_min) return 0;
+  const int leaving = m->leaving[lane] != 0;
+  query q = {.start = lane_vec3(m->here, lane), .span = lane_vec3(c->span, lane), .visibility = ray->visibility,
+             .leaving = leaving ? ray : NULL, .departure = lane_vec3(m->departure, lane)};
+  const double coordinate = fmax(fabs(q.start.x), fmax(fabs(q.start.y), fabs(q.start.z)));
+  const double overlap = 0x1p-20 + 0x1p-22 * coordinate / size; /* so that nothing slips through a joint */
+  q.near = leaving ? 0 : -overlap;
+  q.far = 1 + overlap;
+  if (from < ray->length_min) q.near = (ray->length_min - from) / size;
+  if (from + size > ray->length_max) q.far = fmin(q.far, (ray->length_max - from) / size);
+  return q.far > q.near && geometry_query(m->g, &q, f);
+}
+
+LANES_INLINE void chord_note_hit(const march *m, int lane, const chord *c, lanes from, lanes to, outcome *out)
+{
+  out->hit |= 1u << lane;
+  out->low[lane] = from[lane], out->high[lane] = to[lane];
+  out->from[lane] = m->length[lane];
+  set_lane_vec3(out->begin, lane, lane_vec3(m->here, lane));
+  set_lane_vec3(out->span, lane, lane_vec3(c->span, lane));
+}
+
+/* Walks the chords of every walking lane up to `limit` or to what comes first: a hit or the edge of the lens. */
+LANES_INLINE void chords_walk(march *m, const arc *arc, lanes limit, lanes_mask walking, outcome *out)
+{
+  const double radius2 = m->lens->radius * m->lens->radius;
+  const double center[3] = {m->lens->center.x, m->lens->center.y, m->lens->center.z};
+  lanes from = {0};
+  while (lanes_any(walking)) {
+    const lanes rest = limit - from;
+    /* two even chords rather than a long and a short one */
+    lanes to = from + lanes_select(m->delta >= rest, rest, lanes_min(m->delta, 0.5 * rest));
+    to = lanes_select(walking, lanes_select(m->delta >= rest, limit, to), from);
+    chord c = chord_choose(m, arc, from, &to, walking);
+    lanes_mask edge = {0};
+    if (!m->endless) {
+      lanes outward[3];
+      for (int k = 0; k < 3; k++) outward[k] = c.end[k] - center[k];
+      edge = walking & (lanes_dot(outward, outward) > radius2);
+      if (lanes_any(edge)) {
+        to = lens_edge(m, arc, from, to, edge);
+        c = chord_measure(m, arc, from, to);
+      }
+    }
+    const lanes growth = lanes_clamp(0.9 * lanes_sqrt(c.allowed / (c.stray + 1e-300)), 0.1, 4);
+    m->delta = lanes_select(walking & ~edge, growth * (to - from), m->delta);
+    const unsigned asked = lanes_bits(walking & ~c.unseen);
+    unsigned hit = 0;
+    for (unsigned left = asked; left; left &= left - 1) {
+      const int lane = __builtin_ctz(left);
+      if (!chord_ask(m, lane, &c, m->length[lane], &out->found[lane])) continue;
+      chord_note_hit(m, lane, &c, from, to, out);
+      hit |= 1u << lane;
+    }
+    const lanes_mask found = lanes_mask_from_bits(hit);
+    out->edge |= lanes_bits(edge & ~found);
+    out->offset = lanes_select(walking, to, out->offset);
+    /* of a flat parabola with that much stray */
+    const lanes length = c.size + 8.0 / 3 * c.stray * c.stray / (c.size + 1e-300);
+    m->length += lanes_select(walking & ~found, length, lanes_all(0));
+    m->leaving &= ~walking;
+    for (int k = 0; k < 3; k++) m->here[k] = lanes_select(walking & ~found, c.end[k], m->here[k]);
+    from = lanes_select(walking, to, from);
+    walking &= ~found & ~edge & (to < limit);
+  }
+}
+#endif

@@ -1,0 +1,59 @@
+"""Brute force for the curved-ray tests: oracle.c, compiled once a test run, and how an answer is judged by it."""
+
+import ctypes
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+
+KINDS = {"isotropic": 0, "areal": 1, "ellis": 2, "kerr": 3}
+OUTER = 6.0  # rays are followed to this distance; everything in the tests lies within it
+
+
+def build(folder):
+    """Compiles oracle.c into `folder` and loads it."""
+    compiler = shutil.which("cc") or shutil.which("gcc")
+    library = Path(folder) / "oracle.so"
+    source = Path(__file__).with_name("oracle.c")
+    subprocess.run([compiler, "-O2", "-shared", "-fPIC", str(source), "-o", str(library), "-lm"], check=True)
+    return ctypes.CDLL(str(library))
+
+
+def _pointer(array):
+    return array.ctypes.data_as(ctypes.c_void_p)
+
+
+class Oracle:
+    """The truth about rays in one spacetime, in its own axes, among triangles (m, 3, 3) float64."""
+
+    def __init__(self, library, kind, triangles, *, mass=0.0, spin=0.0, throat=0.0, chord=4e-4, outer=OUTER):
+        self.library = library
+        self.space = [ctypes.c_int(KINDS[kind]), *(ctypes.c_double(v) for v in (mass, spin, throat, outer, chord))]
+        self.triangles = np.ascontiguousarray(triangles, float)
+        self.boxes = np.ascontiguousarray(np.stack([triangles.min(1), triangles.max(1)], 1), float)
+
+    def hits(self, origins, directions):
+        """Fate (n,), triangle (n,), -1 for none, and position (n, 3) of the first hits."""
+        n = len(origins)
+        fate, triangle, position = np.empty(n, np.int32), np.empty(n, np.int32), np.empty((n, 3))
+        self.library.oracle_hits(
+            *self.space, ctypes.c_size_t(len(self.triangles)), _pointer(self.triangles), _pointer(self.boxes),
+            ctypes.c_size_t(n), _pointer(np.ascontiguousarray(origins)), _pointer(np.ascontiguousarray(directions)),
+            _pointer(fate), _pointer(triangle), _pointer(position))  # fmt: skip
+        return fate, triangle, position
+
+    def distances(self, origins, directions, segments):
+        """Smallest distance of each ray from its own segments (n, k, 2, 3)."""
+        n, k = segments.shape[:2]
+        out = np.empty(n)
+        self.library.oracle_distances(
+            *self.space, ctypes.c_size_t(n), _pointer(np.ascontiguousarray(origins)),
+            _pointer(np.ascontiguousarray(directions)), ctypes.c_size_t(k),
+            _pointer(np.ascontiguousarray(segments, float)), _pointer(out))  # fmt: skip
+        return out
+
+    def edge_distances(self, origins, directions, triangle):
+        """Distance of each ray from the nearest edge of a triangle each."""
+        corners = self.triangles[triangle]
+        return self.distances(origins, directions, np.stack([corners, np.roll(corners, -1, axis=1)], axis=2))
