@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable
-
-log = logging.getLogger(__name__)
 
 
 class RenderError(Exception):
@@ -23,14 +20,12 @@ class Reporter:
         self._said: set[str] = set()
 
     def warn(self, text: str) -> None:
-        """Something is not as the user may expect; the render goes on."""
+        """Something is not as the user may expect, but the render goes on."""
         if text in self._said:
             return
         self._said.add(text)
-        log.warning(text)
         self._send({"WARNING"}, text)
 
     def error(self, text: str) -> None:
-        """The reason why the operator failed."""
-        log.error(text)
+        """Fails the operator that started the render."""
         self._send({"ERROR"}, text)

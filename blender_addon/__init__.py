@@ -1,0 +1,25 @@
+"""Bentlight: a render engine whose light travels through curved spacetime. Registers the add-on's modules in order."""
+
+from . import compatibility, engine, operators, properties, ui
+
+_MODULES = (properties, operators, engine, ui, compatibility)
+_registered: list = []  # what unregister has to undo, in order
+
+
+def register() -> None:
+    """Idempotent; on failure nothing stays registered."""
+    if _registered:
+        return
+    try:
+        for module in _MODULES:
+            module.register()
+            _registered.append(module)
+    except Exception:
+        unregister()
+        raise
+
+
+def unregister() -> None:
+    """Undoes `register`; idempotent."""
+    while _registered:
+        _registered.pop().unregister()

@@ -1,0 +1,202 @@
+"""A final render (F12, animation, background, material icons): from the depsgraph to Blender's render result."""
+
+from __future__ import annotations
+
+import logging
+import time
+
+import bentlight_native
+import bpy
+import numpy as np
+
+from . import memory, passes
+from .report import RenderError, Reporter
+from .session import FinishedTile, Session, Tile, spiral_tiles
+from .sync.camera import image_size, read_camera
+from .sync.native import build_scene
+from .sync.objects import read_scene
+from .sync.scene_data import CameraData
+
+log = logging.getLogger(__name__)
+
+_POLL = 0.05  # seconds between looks at the user's wish to stop
+_STATUS_INTERVAL = 0.5  # seconds between status lines
+_TILE_SIZES = (64, 32, 16)
+_TILES_PER_THREAD = 8  # at least, so that no thread idles long at the end
+_PREVIEW_SAMPLES, _PREVIEW_BOUNCES = 16, 4
+
+
+def render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> None:
+    """Renders; whatever goes wrong becomes an error that fails the operator.
+
+    Blender would swallow an exception and call the render finished.
+    """
+    reporter = Reporter(engine.report)
+    try:
+        for view in _views(depsgraph.scene):
+            _ViewRender(engine, depsgraph, reporter, view).run()
+    except Exception as failure:
+        expected = isinstance(failure, (RenderError, MemoryError, OSError))
+        if not expected:
+            log.exception("render failed")
+        text = f"{failure}" if expected and str(failure) else f"{type(failure).__name__}: {failure}"
+        reporter.error(f"Bentlight: {text}")
+        engine.error_set(f"Bentlight: {text}")
+
+
+def _views(scene: bpy.types.Scene) -> list[str]:
+    """Names of the stereo views; one without a name if there are none."""
+    if not scene.render.use_multiview:
+        return [""]
+    return [view.name for view in scene.render.views if view.use]
+
+
+def _border(render: bpy.types.RenderSettings) -> tuple[int, int, int, int]:
+    """x, y, width, height of the part of the image to render, in pixels, as Blender rounds it."""
+    width, height = image_size(render)
+    if not render.use_border:
+        return 0, 0, width, height
+    left, right = int(render.border_min_x * width), int(render.border_max_x * width)
+    bottom, top = int(render.border_min_y * height), int(render.border_max_y * height)
+    return left, bottom, right - left, top - bottom
+
+
+class _ViewRender:
+    """One view of one view layer of one frame."""
+
+    def __init__(
+        self, engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, reporter: Reporter, view: str
+    ) -> None:
+        self._engine = engine
+        self._depsgraph = depsgraph
+        self._scene = depsgraph.scene_eval
+        self._view_layer = depsgraph.view_layer_eval
+        self._reporter = reporter
+        self._view = view
+        self._passes = passes.enabled(self._view_layer)
+        self._border = _border(self._scene.render)
+        self._next_status = 0.0
+
+    def run(self) -> None:
+        if self._view:
+            self._engine.active_view_set(self._view)
+        self._engine.update_stats("", "Reading the scene")
+        self._add_passes()
+        native = build_scene(read_scene(self._depsgraph, self._read_camera(), self._reporter))
+        if self._engine.test_break():
+            self._write_nothing()
+            return
+        self._render_tiles(native)
+
+    def _add_passes(self) -> None:
+        for item in self._passes:
+            if not item.builtin:
+                self._engine.add_pass(item.name, item.width, item.components, layer=self._view_layer.name)
+
+    def _read_camera(self) -> CameraData:
+        camera = self._engine.camera_override or self._scene.camera
+        if camera is None:
+            raise RenderError("No camera: the scene needs an active camera")
+        camera = camera.evaluated_get(self._depsgraph)
+        if camera.type != "CAMERA":
+            raise RenderError(f"Camera '{camera.name}' is not a camera object")
+        if camera.data.dof.use_dof:
+            self._reporter.warn(f"Camera '{camera.name}': depth of field is not supported yet; everything is sharp")
+        if self._scene.render.use_motion_blur:
+            self._reporter.warn("Motion blur is not supported yet; everything stands still")
+        return read_camera(
+            camera,
+            self._scene.render,
+            np.array(self._engine.camera_model_matrix(camera)),
+            self._engine.camera_shift_x(camera),
+        )
+
+    def _settings(self) -> bentlight_native.RenderSettings:
+        user, render = self._scene.bentlight, self._scene.render
+        samples, bounces = self._view_layer.samples or user.samples, user.max_bounces
+        if self._engine.is_preview:
+            samples, bounces = min(samples, _PREVIEW_SAMPLES), min(bounces, _PREVIEW_BOUNCES)
+        width, height = image_size(render)
+        return bentlight_native.RenderSettings(
+            width=width,
+            height=height,
+            sample_count=samples,
+            seed=user.seed,
+            max_bounces=bounces,
+            diffuse_bounces=bounces,
+            glossy_bounces=bounces,
+            transmission_bounces=bounces,
+            transparent_bounces=user.transparent_bounces,
+            tolerance=user.tolerance,
+            filter=user.pixel_filter,
+            filter_width=render.filter_size,
+            film_transparent=render.film_transparent,
+            clamp_indirect=user.clamp_indirect,
+        )
+
+    def _tiles(self, threads: int) -> list[Tile]:
+        pixels = self._border[2] * self._border[3]
+        size = next((s for s in _TILE_SIZES if pixels >= s * s * threads * _TILES_PER_THREAD), _TILE_SIZES[-1])
+        return spiral_tiles(*self._border, size)
+
+    def _render_tiles(self, native: bentlight_native.Scene) -> None:
+        threads = self._scene.render.threads
+        channels = [item.channel for item in self._passes]
+        session = Session(native, self._settings(), self._tiles(threads), channels, threads)
+        written = False
+        for finished in session.finished(_POLL):
+            if finished:
+                self._write(finished)
+                written = True
+            if self._engine.test_break():
+                session.cancel()
+            self._show_progress(session)
+        if not written:
+            self._write_nothing()
+
+    def _write(self, finished: FinishedTile) -> None:
+        """Shows a tile in the render view; Blender counts from the border's corner."""
+        tile = finished.tile
+        result = self._engine.begin_result(
+            tile.x - self._border[0],
+            tile.y - self._border[1],
+            tile.width,
+            tile.height,
+            layer=self._view_layer.name,
+            view=self._view,
+        )
+        if result is None:
+            raise RenderError("Blender's render result does not have the expected size")
+        try:
+            for item, target in passes.result_passes(result.layers[0], self._passes, self._view):
+                target.rect.foreach_set(finished.channels[item.channel].reshape(-1))
+        finally:
+            self._engine.end_result(result)
+
+    def _write_nothing(self) -> None:
+        """A render that was stopped before its first pixel: Blender crashes when it gets no result at all."""
+        result = self._engine.begin_result(0, 0, 1, 1, layer=self._view_layer.name, view=self._view)
+        if result is not None:
+            self._engine.end_result(result)
+
+    def _show_progress(self, session: Session) -> None:
+        """Progress bar and status line, not more often than anyone can read; background renders print each line."""
+        self._engine.update_progress(session.fraction)
+        if time.monotonic() < self._next_status:
+            return
+        self._next_status = time.monotonic() + _STATUS_INTERVAL
+        used, peak = memory.used_and_peak()
+        self._engine.update_memory_stats(memory_used=used, memory_peak=peak)
+        left = session.seconds_left
+        remaining = "" if left is None else f"Remaining {_clock(left)} | "
+        self._engine.update_stats(
+            f"{self._view_layer.name} {self._view}".strip(),
+            f"{remaining}Mem {used:.0f}M (Peak {peak:.0f}M) | {session.fraction:.0%}",
+        )
+
+
+def _clock(seconds: float) -> str:
+    """As Cycles writes it: hours only if there are any, hundredths of seconds."""
+    minutes, seconds = divmod(seconds, 60)
+    hours, minutes = divmod(int(minutes), 60)
+    return f"{hours}:{minutes:02}:{seconds:05.2f}" if hours else f"{minutes:02}:{seconds:05.2f}"

@@ -1,0 +1,108 @@
+"""Add > Black Hole and Add > Wormhole."""
+
+import bpy
+from bpy.props import FloatProperty, FloatVectorProperty
+
+
+def _add_empty(context: bpy.types.Context, name: str, location: tuple[float, float, float]) -> bpy.types.Object:
+    obj = bpy.data.objects.new(name, None)
+    obj.empty_display_type = "SPHERE"
+    obj.location = location
+    context.collection.objects.link(obj)
+    return obj
+
+
+def _select_only(context: bpy.types.Context, objects: list[bpy.types.Object]) -> None:
+    """Selects the objects and makes the first one active; objects in hidden collections cannot be."""
+    for obj in context.view_layer.objects:
+        obj.select_set(False)
+    for obj in objects:
+        if obj.name in context.view_layer.objects:
+            obj.select_set(True)
+            context.view_layer.objects.active = objects[0]
+
+
+class _AddOperator:
+    bl_options = {"REGISTER", "UNDO"}
+
+    location: FloatVectorProperty(name="Location", description="Where the new object is", subtype="TRANSLATION")
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.mode == "OBJECT"
+
+    def place(self, context: bpy.types.Context) -> tuple[float, float, float]:
+        """The 3D cursor, unless the caller said where."""
+        if not self.properties.is_property_set("location"):
+            self.location = context.scene.cursor.location
+        return self.location
+
+
+class BENTLIGHT_OT_black_hole_add(_AddOperator, bpy.types.Operator):
+    """Add a black hole: light bends around it, and what comes too close is lost"""
+
+    bl_idname = "bentlight.black_hole_add"
+    bl_label = "Black Hole"
+
+    mass: FloatProperty(name="Mass", description="As a length in scene units", min=0.0, default=1.0, subtype="DISTANCE")
+    spin: FloatProperty(name="Spin", description="As a fraction of the largest possible", min=-0.9999, max=0.9999)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        obj = _add_empty(context, "Black Hole", self.place(context))
+        obj.bentlight.mass = self.mass
+        obj.bentlight.spin = self.spin
+        obj.bentlight.kind = "BLACK_HOLE"
+        _select_only(context, [obj])
+        return {"FINISHED"}
+
+
+class BENTLIGHT_OT_wormhole_add(_AddOperator, bpy.types.Operator):
+    """Add the two mouths of a wormhole: what goes into one comes out of the other"""
+
+    bl_idname = "bentlight.wormhole_add"
+    bl_label = "Wormhole"
+
+    throat_radius: FloatProperty(
+        name="Throat Radius", description="As a length in scene units", min=1e-6, default=1.0, subtype="DISTANCE"
+    )
+    exit_location: FloatVectorProperty(
+        name="Exit",
+        description="Where the other mouth is; ten throat radii along X if not given",
+        subtype="TRANSLATION",
+    )
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        entrance = self.place(context)
+        if not self.properties.is_property_set("exit_location"):
+            self.exit_location = (entrance[0] + 10 * self.throat_radius, *entrance[1:])
+        mouths = [_add_empty(context, "Wormhole", place) for place in (entrance, self.exit_location)]
+        for mouth in mouths:
+            mouth.bentlight.throat_radius = self.throat_radius
+            mouth.bentlight.kind = "WORMHOLE"
+        mouths[0].bentlight.exit = mouths[1]
+        _select_only(context, mouths)
+        return {"FINISHED"}
+
+
+_CLASSES = (BENTLIGHT_OT_black_hole_add, BENTLIGHT_OT_wormhole_add)
+
+
+def _draw_add_menu(self: bpy.types.Menu, context: bpy.types.Context) -> None:
+    layout = self.layout
+    layout.separator()
+    layout.operator(BENTLIGHT_OT_black_hole_add.bl_idname, icon="SHADING_SOLID")
+    layout.operator(BENTLIGHT_OT_wormhole_add.bl_idname, icon="SHADING_WIRE")
+
+
+def register() -> None:
+    """Adds the operators and their menu entries."""
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.VIEW3D_MT_add.append(_draw_add_menu)
+
+
+def unregister() -> None:
+    """Removes them."""
+    bpy.types.VIEW3D_MT_add.remove(_draw_add_menu)
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)

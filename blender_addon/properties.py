@@ -1,0 +1,249 @@
+"""The one declaration of the user's settings, on scenes, objects and view layers."""
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
+
+from .sync import spacetime
+
+
+class BentlightSceneSettings(bpy.types.PropertyGroup):
+    """scene.bentlight: how to render."""
+
+    integrator: EnumProperty(
+        name="Integrator",
+        description="How light is simulated",
+        items=[("PATH", "Path Tracing", "Follow light backwards from the camera; every leg of a path is curved")],
+        default="PATH",
+    )
+    samples: IntProperty(
+        name="Samples",
+        description="Paths per pixel. Four times the samples halve the noise",
+        min=1,
+        max=1 << 24,
+        soft_max=4096,
+        default=128,
+    )
+    seed: IntProperty(
+        name="Seed",
+        description="Another seed gives another pattern of noise",
+        min=0,
+        default=0,
+        options={"ANIMATABLE"},
+    )
+    tolerance: FloatProperty(
+        name="Ray Tolerance",
+        description=(
+            "Largest error of a ray's direction, in radians; a tenth of a pixel where that is smaller. "
+            "Smaller is slower"
+        ),
+        min=1e-12,
+        max=0.1,
+        default=1e-4,
+        precision=6,
+        step=0.01,
+        subtype="NONE",
+    )
+    max_bounces: IntProperty(
+        name="Max Bounces",
+        description="How often light may be scattered on its way to the camera; 0 shows only what shines by itself",
+        min=0,
+        max=1024,
+        soft_max=32,
+        default=12,
+    )
+    transparent_bounces: IntProperty(
+        name="Transparent",
+        description="How many transparent surfaces a ray may pass straight through; the rest look black",
+        min=0,
+        max=1024,
+        soft_max=32,
+        default=8,
+    )
+    clamp_indirect: FloatProperty(
+        name="Clamp Indirect",
+        description="Brightest light that a path may bring after its first bounce: less noise, but darker. 0: off",
+        min=0.0,
+        soft_max=100.0,
+        default=0.0,
+    )
+    pixel_filter: EnumProperty(
+        name="Pixel Filter",
+        description="How the light that falls around a pixel is weighted",
+        items=[
+            ("BLACKMAN_HARRIS", "Blackman-Harris", "Smooth and sharp; best for most scenes"),
+            ("GAUSSIAN", "Gaussian", "Smoother"),
+            ("BOX", "Box", "Exactly the light that falls on the pixel, at width 1"),
+        ],
+        default="BLACKMAN_HARRIS",
+    )
+
+
+def _refit(self: "BentlightObjectSettings", context: bpy.types.Context) -> None:
+    """An empty is drawn as large as the horizon or throat that it stands for."""
+    obj = self.id_data
+    if self.kind == "NONE" or obj.type != "EMPTY":
+        return
+    radius = spacetime.core_radius(spacetime.read_spacetime(obj, obj.matrix_world))
+    obj.empty_display_size = max(radius, 1e-4)
+
+
+def _is_other_object(self: "BentlightObjectSettings", obj: bpy.types.Object) -> bool:
+    return obj != self.id_data
+
+
+def _link_back(self: "BentlightObjectSettings", context: bpy.types.Context) -> None:
+    """The other mouth leads back here: a wormhole has two ends. Ends the recursion when it does already."""
+    other = self.exit
+    if other is None or other == self.id_data or other.bentlight.exit == self.id_data:
+        return
+    other.bentlight.kind = "WORMHOLE"
+    other.bentlight.throat_radius = self.throat_radius
+    other.bentlight.exit = self.id_data
+
+
+class BentlightObjectSettings(bpy.types.PropertyGroup):
+    """object.bentlight: what an object does to spacetime. Any object may; usually it is an empty."""
+
+    kind: EnumProperty(
+        name="Spacetime",
+        description="What this object does to space and light around it",
+        items=[
+            ("NONE", "Flat", "Nothing"),
+            ("BLACK_HOLE", "Black Hole", "Bends light around itself and swallows what comes too close"),
+            ("WORMHOLE", "Wormhole", "A mouth that leads to another place in the scene"),
+        ],
+        default="NONE",
+        update=_refit,
+    )
+    mass: FloatProperty(
+        name="Mass",
+        description=(
+            "Size of the black hole, as a length in the object's own units (times its scale). Without spin the horizon "
+            "is drawn with half this radius, and seen from afar the shadow has a radius of 5.2 masses"
+        ),
+        min=0.0,
+        soft_max=10.0,
+        default=1.0,
+        precision=4,
+        subtype="DISTANCE",
+        update=_refit,
+    )
+    spin: FloatProperty(
+        name="Spin",
+        description=(
+            "Rotation about the object's local Z axis, as a fraction of the most a black hole can have, from -0.9999 "
+            "to 0.9999. Drags light around and makes the shadow lopsided"
+        ),
+        min=-0.9999,
+        max=0.9999,
+        default=0.0,
+        precision=4,
+        update=_refit,
+    )
+    chart: EnumProperty(
+        name="Chart",
+        description="How curved space is drawn into Blender's flat space. Without spin only",
+        items=[
+            (
+                "ISOTROPIC",
+                "Isotropic",
+                "Small objects keep their shape. The horizon is drawn at half the mass",
+            ),
+            (
+                "OBLATE",
+                "Areal / Oblate",
+                "Spheres keep their area. The only one with spin. Horizon at up to twice the mass",
+            ),
+        ],
+        default="ISOTROPIC",
+        update=_refit,
+    )
+    throat_radius: FloatProperty(
+        name="Throat Radius",
+        description=(
+            "Radius of the narrowest sphere inside the wormhole, in the object's own units (times its scale). Drawn "
+            "with half this radius. Both mouths need the same"
+        ),
+        min=1e-6,
+        soft_max=10.0,
+        default=1.0,
+        precision=4,
+        subtype="DISTANCE",
+        update=_refit,
+    )
+    exit: PointerProperty(
+        name="Exit",
+        description="The other mouth: what goes in here comes out there, and the other way round",
+        type=bpy.types.Object,
+        poll=_is_other_object,
+        update=_link_back,
+    )
+    sphere_radius: FloatProperty(
+        name="Sphere of Influence",
+        description=(
+            "With several black holes and wormholes: the radius, in the object's own units (times its scale), inside "
+            "which this one bends light; outside all spheres light is straight. 0: half-way to the nearest other one"
+        ),
+        min=0.0,
+        soft_max=100.0,
+        default=0.0,
+        subtype="DISTANCE",
+    )
+
+
+def _passes_changed(self: "BentlightViewLayerSettings", context: bpy.types.Context) -> None:
+    if context.view_layer:
+        context.view_layer.update_render_passes()
+
+
+class BentlightViewLayerSettings(bpy.types.PropertyGroup):
+    """view_layer.bentlight: the passes that Blender has no switch for."""
+
+    use_pass_error: BoolProperty(
+        name="Error",
+        description="Estimated error of the direction of camera rays, in radians; pi where a ray could not be resolved",
+        default=False,
+        update=_passes_changed,
+    )
+    use_pass_winding: BoolProperty(
+        name="Winding",
+        description="How many half turns camera rays make around black holes and wormholes",
+        default=False,
+        update=_passes_changed,
+    )
+    use_pass_fate: BoolProperty(
+        name="Fate",
+        description="What becomes of camera rays: 0 unresolved, 1 sky, 2 captured, 3 a wormhole's far sky, 4 a surface",
+        default=False,
+        update=_passes_changed,
+    )
+    use_pass_denoising: BoolProperty(
+        name="Denoising Data",
+        description="Albedo and normal of what camera rays meet, seen through mirrors, for the Denoise compositor node",
+        default=False,
+        update=_passes_changed,
+    )
+
+
+_CLASSES = (BentlightSceneSettings, BentlightObjectSettings, BentlightViewLayerSettings)
+_OWNERS = (
+    (bpy.types.Scene, BentlightSceneSettings),
+    (bpy.types.Object, BentlightObjectSettings),
+    (bpy.types.ViewLayer, BentlightViewLayerSettings),
+)
+
+
+def register() -> None:
+    """Gives every scene, object and view layer its settings."""
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
+    for owner, settings in _OWNERS:
+        owner.bentlight = PointerProperty(type=settings)
+
+
+def unregister() -> None:
+    """Takes them back; what users set stays in their files."""
+    for owner, _settings in _OWNERS:
+        del owner.bentlight
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)

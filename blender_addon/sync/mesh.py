@@ -1,0 +1,90 @@
+"""Evaluated geometry as triangles: meshes and whatever Blender can turn into one (curves, text, metaballs)."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from .scene_data import MeshData
+
+CONVERTIBLE_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
+
+
+def read_mesh(obj: bpy.types.Object) -> tuple[MeshData, list[bpy.types.Material | None]] | None:
+    """The triangles of an evaluated object and its data's materials by slot; None if it has no faces.
+
+    Raises RuntimeError where Blender has no mesh for the object.
+    """
+    mesh = obj.to_mesh()
+    try:
+        if mesh is None or not mesh.polygons:
+            return None
+        return _triangles(mesh), list(mesh.materials)
+    finally:
+        obj.to_mesh_clear()
+
+
+def drop_broken_triangles(data: MeshData) -> int:
+    """Takes out the triangles with a vertex that is not finite; returns how many there were."""
+    finite = np.isfinite(data.vertices).all(axis=1)
+    if finite.all():
+        return 0
+    keep = finite[data.triangles].all(axis=1)
+    data.vertices[~finite] = 0
+    data.triangles = data.triangles[keep]
+    for name in ("corner_normals", "corner_uvs", "material_slots"):
+        values = getattr(data, name)
+        if values is not None:
+            setattr(data, name, np.ascontiguousarray(values[keep]))
+    return int((~keep).sum())
+
+
+def _get(collection: bpy.types.bpy_prop_collection, name: str, width: int, dtype: type) -> np.ndarray:
+    values = np.empty(len(collection) * width, dtype)
+    collection.foreach_get(name, values)
+    return values.reshape(-1, width) if width > 1 else values
+
+
+def _triangles(mesh: bpy.types.Mesh) -> MeshData:
+    mesh.calc_loop_triangles()
+    corners = _get(mesh.loop_triangles, "loops", 3, np.int32)
+    polygons = _get(mesh.loop_triangles, "polygon_index", 1, np.int32)
+    vertices = _get(mesh.vertices, "co", 3, np.float32)
+    corner_vertices = _get(mesh.loops, "vertex_index", 1, np.int32)
+    return MeshData(
+        vertices=vertices,
+        triangles=corner_vertices[corners].astype(np.uint32),
+        corner_normals=_corner_normals(mesh, corners, corner_vertices),
+        corner_uvs=_corner_uvs(mesh, corners),
+        material_slots=_material_slots(mesh, polygons),
+        generated=_generated(mesh),
+    )
+
+
+def _corner_normals(mesh: bpy.types.Mesh, corners: np.ndarray, corner_vertices: np.ndarray) -> np.ndarray | None:
+    if mesh.normals_domain == "FACE":
+        return None
+    if mesh.normals_domain == "POINT":
+        return _get(mesh.vertex_normals, "vector", 3, np.float32)[corner_vertices[corners]]
+    return _get(mesh.corner_normals, "vector", 3, np.float32)[corners]
+
+
+def _corner_uvs(mesh: bpy.types.Mesh, corners: np.ndarray) -> np.ndarray | None:
+    layer = next((layer for layer in mesh.uv_layers if layer.active_render), None)
+    return None if layer is None else _get(layer.uv, "vector", 2, np.float32)[corners]
+
+
+def _material_slots(mesh: bpy.types.Mesh, polygons: np.ndarray) -> np.ndarray | None:
+    if len(mesh.materials) < 2:
+        return None
+    slots = _get(mesh.polygons, "material_index", 1, np.int32)[polygons]
+    return np.clip(slots, 0, len(mesh.materials) - 1).astype(np.uint32)
+
+
+def _generated(mesh: bpy.types.Mesh) -> np.ndarray:
+    """Undeformed positions in the mesh's texture space, whose box is [0, 1]."""
+    size = np.array(mesh.texspace_size, dtype=np.float32)
+    size = np.where(size == 0, np.float32(1), size)
+    undeformed = _get(mesh.vertices, "undeformed_co", 3, np.float32)
+    generated = (undeformed - np.array(mesh.texspace_location, dtype=np.float32)) / (2 * size) + np.float32(0.5)
+    return np.ascontiguousarray(np.nan_to_num(generated, posinf=0, neginf=0), dtype=np.float32)

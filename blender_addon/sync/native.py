@@ -1,0 +1,89 @@
+"""SceneData into a committed native scene. No bpy here."""
+
+from __future__ import annotations
+
+import bentlight_native
+import numpy as np
+
+from ..report import RenderError
+from . import spacetime
+from .scene_data import CameraData, InstanceData, SceneData, SpacetimeData, SunData
+
+
+def build_scene(data: SceneData) -> bentlight_native.Scene:
+    """A committed native scene. Raises RenderError for spacetime objects that cannot be."""
+    scene = bentlight_native.Scene()
+    for image in data.images:
+        scene.add_image(*image)
+    for material in data.materials:
+        scene.add_material(material)
+    scene.set_world(data.world)
+    for mesh in data.meshes:
+        scene.add_mesh(
+            mesh.vertices,
+            mesh.triangles,
+            corner_normals=mesh.corner_normals,
+            corner_uvs=mesh.corner_uvs,
+            material_slots=mesh.material_slots,
+            generated=mesh.generated,
+        )
+    for instance in data.instances:
+        _add_instance(scene, instance)
+    _set_suns(scene, data.suns)
+    _set_spacetimes(scene, data.spacetimes, data.camera)
+    set_camera(scene, data.camera)
+    scene.commit()
+    return scene
+
+
+def set_camera(scene: bentlight_native.Scene, camera: CameraData) -> None:
+    """The camera alone; takes a commit to become visible."""
+    scene.set_camera(
+        camera.kind, camera.world_from_camera, camera.window, camera.clip_start, camera.clip_end, **camera.panorama
+    )
+
+
+def _add_instance(scene: bentlight_native.Scene, instance: InstanceData) -> None:
+    scene.add_instance(
+        instance.mesh,
+        instance.world_from_mesh,
+        materials=np.array(instance.materials, np.int32),
+        visibility=instance.visibility,
+        object_index=instance.object_index,
+        one_sided=instance.one_sided,
+    )
+
+
+def _set_suns(scene: bentlight_native.Scene, suns: list[SunData]) -> None:
+    scene.set_suns(
+        [sun.direction for sun in suns],
+        [sun.radiance for sun in suns],
+        [sun.angle for sun in suns],
+        [sun.visibility for sun in suns],
+    )
+
+
+def _set_spacetimes(scene: bentlight_native.Scene, items: list[SpacetimeData], camera: CameraData) -> None:
+    spacetime.check(items)
+    place = camera.world_from_camera[:3, 3]
+    for item in items:
+        if spacetime.is_inside_core(item, place):
+            where = "inside the horizon of black hole" if item.kind == "BLACK_HOLE" else "inside the throat of wormhole"
+            raise RenderError(f"The camera is {where} '{item.name}'")
+    index = {item.name: i for i, item in enumerate(items)}
+    scene.set_spacetime_objects(
+        [
+            (_native_spacetime(item), item.world_from_spacetime, radius, index[item.exit] if item.exit else -1)
+            for item, radius in zip(items, spacetime.influence_radii(items), strict=True)
+        ]
+    )
+
+
+def _native_spacetime(item: SpacetimeData) -> bentlight_native.Spacetime:
+    if item.kind == "WORMHOLE":
+        return bentlight_native.Spacetime.ellis(item.throat_radius)
+    if item.chart == "ISOTROPIC":
+        return bentlight_native.Spacetime.schwarzschild(item.mass, "isotropic")
+    if item.spin == 0:
+        return bentlight_native.Spacetime.schwarzschild(item.mass, "areal")
+    return bentlight_native.Spacetime.kerr(item.mass, item.spin * item.mass)

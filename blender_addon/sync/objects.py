@@ -1,0 +1,163 @@
+"""The evaluated depsgraph, object by object, as SceneData."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from ..report import RenderError, Reporter
+from . import light, mesh, spacetime
+from .material import MaterialTable
+from .scene_data import CameraData, InstanceData, MeshData, SceneData, Visibility
+
+_SINGULAR = 1e-12  # of the volume of the box that the matrix's columns could span
+_UNSUPPORTED_TYPES = {"CURVES": "hair", "POINTCLOUD": "point cloud", "VOLUME": "volume"}
+
+
+def read_scene(depsgraph: bpy.types.Depsgraph, camera: CameraData, reporter: Reporter) -> SceneData:
+    """Everything that the view layer of `depsgraph` shows. Raises RenderError for what cannot be rendered."""
+    reader = _SceneReader(depsgraph, camera, reporter)
+    for instance in depsgraph.object_instances:
+        reader.add(instance)
+    return reader.finish()
+
+
+class _SceneReader:
+    """Collects SceneData; stores no Blender data beyond one walk over the depsgraph."""
+
+    def __init__(self, depsgraph: bpy.types.Depsgraph, camera: CameraData, reporter: Reporter) -> None:
+        self._reporter = reporter
+        self._view_layer = depsgraph.view_layer_eval
+        self._data = SceneData(camera=camera)
+        self._meshes: dict[tuple, tuple[int, list] | None] = {}
+        self._materials = MaterialTable(reporter)
+        self._unseen_lamps: list[str] = []
+        if self._view_layer.use_sky:
+            self._materials.set_world(self._view_layer_world(depsgraph.scene_eval))
+
+    def add(self, instance: bpy.types.DepsgraphObjectInstance) -> None:
+        obj = instance.object
+        matrix = np.array(instance.matrix_world, dtype=np.float64, order="C")
+        if obj.bentlight.kind != "NONE" and not instance.is_instance:
+            self._data.spacetimes.append(spacetime.read_spacetime(obj, matrix))
+        if obj.type not in mesh.CONVERTIBLE_TYPES and obj.type != "LIGHT" and obj.type not in _UNSUPPORTED_TYPES:
+            return
+        if not instance.show_self:
+            return
+        if not np.isfinite(matrix).all():
+            raise RenderError(f"Object '{obj.name}': its transform is not finite")
+        if obj.type == "LIGHT":
+            self._add_light(obj, instance.parent, matrix)
+        elif obj.type in _UNSUPPORTED_TYPES:
+            self._reporter.warn(f"Object '{obj.name}': a {_UNSUPPORTED_TYPES[obj.type]} is not supported; not rendered")
+        elif self._view_layer.use_solid:
+            self._add_geometry(obj, instance.parent, matrix)
+
+    def finish(self) -> SceneData:
+        if self._unseen_lamps:
+            names = ", ".join(f"'{name}'" for name in self._unseen_lamps)
+            self._reporter.warn(f"These lamps have no size, so no ray can find them yet; give them one: {names}")
+        self._data.images = self._materials.images
+        self._data.materials = self._materials.materials
+        self._data.world = self._materials.world
+        self._data.spacetimes = [item for item in self._data.spacetimes if item.kind != "BLACK_HOLE" or item.mass != 0]
+        return self._data
+
+    def _view_layer_world(self, scene: bpy.types.Scene) -> bpy.types.World | None:
+        return getattr(self._view_layer, "world_override", None) or scene.world
+
+    def _add_geometry(self, obj: bpy.types.Object, parent: bpy.types.Object | None, matrix: np.ndarray) -> None:
+        found = self._mesh_of(obj)
+        if found is None:
+            return
+        axes = matrix[:3, :3]
+        if abs(np.linalg.det(axes)) <= _SINGULAR * np.prod(np.linalg.norm(axes, axis=0)):
+            self._reporter.warn(f"Object '{obj.name}' has a scale of 0 along an axis; it is not rendered")
+            return
+        index, data_materials = found
+        self._data.instances.append(
+            InstanceData(
+                mesh=index,
+                world_from_mesh=matrix,
+                materials=tuple(self._materials.index_of(m) for m in self._slots(obj, data_materials)),
+                visibility=self._visibility(obj, parent),
+                object_index=float(obj.pass_index),
+                holdout=self._is_holdout(parent or obj),
+            )
+        )
+
+    def _slots(self, obj: bpy.types.Object, data_materials: list) -> list[bpy.types.Material | None]:
+        """Materials by slot: the view layer's override, or the object's where a slot says so, else the data's."""
+        count = max(1, len(data_materials))
+        if self._view_layer.material_override:
+            return [self._view_layer.material_override] * count
+        slots = data_materials + [None] * (count - len(data_materials))
+        for i, slot in enumerate(obj.material_slots[:count]):
+            if slot.link == "OBJECT":
+                slots[i] = slot.material
+        return slots
+
+    def _mesh_of(self, obj: bpy.types.Object) -> tuple[int, list] | None:
+        """Index of the object's mesh, read once for all its users, and its data's materials; None if there is none."""
+        key = ("MESH", obj.data.as_pointer()) if obj.type == "MESH" else ("OBJECT", obj.original.as_pointer())
+        if key not in self._meshes:
+            self._meshes[key] = self._read_mesh(obj)
+        return self._meshes[key]
+
+    def _read_mesh(self, obj: bpy.types.Object) -> tuple[int, list] | None:
+        read = mesh.read_mesh(obj)
+        if read is None:
+            return None
+        data, materials = read
+        broken = mesh.drop_broken_triangles(data)
+        if broken:
+            self._reporter.warn(f"Object '{obj.name}': {broken} triangles have vertices that are not finite; left out")
+        if np.ptp(data.vertices, axis=0).max() == 0 or not len(data.triangles):
+            self._reporter.warn(f"Object '{obj.name}' has zero size; it is not rendered")
+            return None
+        return self._append_mesh(data), materials
+
+    def _append_mesh(self, data: MeshData) -> int:
+        self._data.meshes.append(data)
+        return len(self._data.meshes) - 1
+
+    def _add_light(self, obj: bpy.types.Object, parent: bpy.types.Object | None, matrix: np.ndarray) -> None:
+        lamp = obj.data
+        visibility = self._visibility(obj, parent)
+        if light.needs_light_sampling(lamp):
+            self._unseen_lamps.append(obj.name)
+        elif lamp.type == "SUN":
+            sun = light.read_sun(lamp, matrix, self._reporter)
+            sun.visibility = visibility
+            self._data.suns.append(sun)
+        else:
+            shape = light.read_shape(lamp, matrix, self._reporter)
+            if shape is None:
+                self._reporter.warn(f"Light '{obj.name}' has zero size; it is not rendered")
+                return
+            self._data.instances.append(
+                InstanceData(
+                    mesh=self._append_mesh(shape.mesh),
+                    world_from_mesh=shape.world_from_mesh,
+                    materials=(self._materials.emission(shape.radiance),),
+                    visibility=visibility,
+                    one_sided=shape.one_sided,
+                )
+            )
+
+    def _is_holdout(self, owner: bpy.types.Object) -> bool:
+        return owner.is_holdout or owner.holdout_get(view_layer=self._view_layer)
+
+    def _visibility(self, obj: bpy.types.Object, parent: bpy.types.Object | None) -> int:
+        """The kinds of rays that see an object; an instance is also hidden from what its instancer is hidden from."""
+        bits = Visibility.ALL
+        for owner in (obj, parent) if parent else (obj,):
+            bits &= (
+                Visibility.CAMERA * owner.visible_camera
+                | Visibility.DIFFUSE * owner.visible_diffuse
+                | Visibility.GLOSSY * owner.visible_glossy
+                | Visibility.TRANSMISSION * owner.visible_transmission
+            )
+        if (parent or obj).indirect_only_get(view_layer=self._view_layer):
+            bits &= ~Visibility.CAMERA
+        return bits

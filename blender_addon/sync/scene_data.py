@@ -1,0 +1,116 @@
+"""A scene as plain numpy data: what the rest of the add-on reads from Blender and hands to the native core.
+
+No bpy here. World coordinates are Blender's; matrices are (4, 4) float64, row-major, for column vectors. Meshes, images
+and materials are named by their place in their list, as in the native scene.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+
+class Visibility:
+    """Bits of the kinds of rays that see an instance (bent_visibility)."""
+
+    CAMERA = 1
+    DIFFUSE = 2
+    GLOSSY = 4
+    TRANSMISSION = 8
+    ALL = 15
+
+
+@dataclass
+class MeshData:
+    """Triangles with what shading needs at their corners. None means the core's default (flat, zero, slot 0)."""
+
+    vertices: np.ndarray  # (n, 3) float32
+    triangles: np.ndarray  # (m, 3) uint32, indices of vertices
+    corner_normals: np.ndarray | None = None  # (m, 3, 3) float32, unit
+    corner_uvs: np.ndarray | None = None  # (m, 3, 2) float32
+    material_slots: np.ndarray | None = None  # (m,) uint32, index into the instance's materials
+    generated: np.ndarray | None = None  # (n, 3) float32, texture space coordinates, [0, 1] inside it
+
+
+@dataclass
+class InstanceData:
+    """One appearance of a mesh in the world."""
+
+    mesh: int
+    world_from_mesh: np.ndarray
+    materials: tuple[int, ...] = ()
+    visibility: int = Visibility.ALL
+    object_index: float = 0.0
+    one_sided: bool = False
+    holdout: bool = False
+
+
+@dataclass
+class SunData:
+    """A disk in the sky."""
+
+    direction: tuple[float, float, float]  # unit, towards the sun
+    radiance: tuple[float, float, float]
+    angle: float  # diameter, radians, > 0
+    visibility: int = Visibility.ALL
+
+
+@dataclass
+class SpacetimeData:
+    """A black hole or one mouth of a wormhole. Lengths are in its own units unless said otherwise."""
+
+    name: str
+    kind: str  # 'BLACK_HOLE' or 'WORMHOLE'
+    world_from_spacetime: np.ndarray  # rotation, uniform positive scale, translation
+    mass: float = 0.0
+    spin: float = 0.0  # a/M
+    chart: str = "ISOTROPIC"  # or 'OBLATE'
+    throat_radius: float = 0.0
+    sphere_radius: float = 0.0  # of influence; 0: automatic
+    exit: str | None = None  # name of the other mouth
+
+    @property
+    def scale(self) -> float:
+        """World units per unit of its own."""
+        return float(np.linalg.norm(self.world_from_spacetime[:3, 0]))
+
+    @property
+    def origin(self) -> np.ndarray:
+        """World position (3,)."""
+        return self.world_from_spacetime[:3, 3]
+
+
+@dataclass
+class CameraData:
+    """A camera, exactly as Cycles reads Blender's.
+
+    A point of the image at fractions (u, v) of its width and height, from its lower left corner, lies at
+    (left + u (right - left), bottom + v (top - bottom)) of `window`: for 'PERSPECTIVE' the slopes x/-z and y/-z of the
+    ray in the camera's axes (x right, y up, looking along -z), for 'ORTHOGRAPHIC' the ray's start in scene units, for
+    panoramas the fractions at which the panorama is looked up, [0, 1] without shift.
+    """
+
+    kind: str  # 'PERSPECTIVE', 'ORTHOGRAPHIC' or Blender's panorama_type
+    world_from_camera: np.ndarray  # no scale
+    width: int  # of the whole image, pixels
+    height: int
+    window: tuple[float, float, float, float]  # left, right, bottom, top
+    clip_start: float
+    clip_end: float
+    panorama: dict[str, float] = field(default_factory=dict)  # the lens: Blender's property names and values
+
+
+@dataclass
+class SceneData:
+    """Everything that one frame of one view layer shows."""
+
+    camera: CameraData
+    meshes: list[MeshData] = field(default_factory=list)
+    instances: list[InstanceData] = field(default_factory=list)
+    suns: list[SunData] = field(default_factory=list)
+    spacetimes: list[SpacetimeData] = field(default_factory=list)
+    images: list[Any] = field(default_factory=list)
+    materials: list[Any] = field(default_factory=list)
+    world: Any = None

@@ -1,0 +1,228 @@
+"""Bentlight's own panels."""
+
+from __future__ import annotations
+
+import bpy
+
+from .compatibility import ENGINE
+from .report import RenderError
+from .sync import spacetime
+
+
+class _Panel:
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.engine == ENGINE
+
+    def column(self) -> bpy.types.UILayout:
+        """Labels left, values right, as in Blender's own panels."""
+        self.layout.use_property_split = True
+        self.layout.use_property_decorate = False
+        return self.layout.column()
+
+
+class BENTLIGHT_PT_sampling(_Panel, bpy.types.Panel):
+    """How many rays, and how exact."""
+
+    bl_label = "Sampling"
+    bl_context = "render"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        settings = context.scene.bentlight
+        column = self.column()
+        column.prop(settings, "integrator")
+        column.prop(settings, "samples")
+        column.prop(settings, "tolerance")
+        self.layout.prop(settings, "seed")
+
+
+class BENTLIGHT_PT_light_paths(_Panel, bpy.types.Panel):
+    """How long light is followed."""
+
+    bl_label = "Light Paths"
+    bl_context = "render"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        settings = context.scene.bentlight
+        column = self.column()
+        column.prop(settings, "max_bounces")
+        column.prop(settings, "transparent_bounces")
+        self.layout.prop(settings, "clamp_indirect")
+
+
+class BENTLIGHT_PT_film(_Panel, bpy.types.Panel):
+    """From light to pixels."""
+
+    bl_label = "Film"
+    bl_context = "render"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        render = context.scene.render
+        column = self.column()
+        column.prop(context.scene.bentlight, "pixel_filter")
+        width = column.row()
+        width.active = context.scene.bentlight.pixel_filter != "BOX"
+        width.prop(render, "filter_size", text="Filter Width")
+        self.layout.prop(render, "film_transparent", text="Transparent")
+
+
+class BENTLIGHT_PT_performance(_Panel, bpy.types.Panel):
+    """How many processors."""
+
+    bl_label = "Performance"
+    bl_context = "render"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        render = context.scene.render
+        column = self.column()
+        column.prop(render, "threads_mode")
+        threads = column.row()
+        threads.enabled = render.threads_mode == "FIXED"
+        threads.prop(render, "threads")
+
+
+class BENTLIGHT_PT_passes(_Panel, bpy.types.Panel):
+    """What else than the picture a view layer delivers."""
+
+    bl_label = "Data"
+    bl_context = "view_layer"
+    bl_parent_id = "VIEWLAYER_PT_layer_passes"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layer = context.view_layer
+        column = self.column()
+        for name, text in (
+            ("use_pass_combined", "Combined"),
+            ("use_pass_z", "Depth"),
+            ("use_pass_position", "Position"),
+            ("use_pass_normal", "Normal"),
+            ("use_pass_emit", "Emission"),
+            ("use_pass_environment", "Environment"),
+        ):
+            column.prop(layer, name, text=text)
+        column.prop(layer.bentlight, "use_pass_denoising")
+
+
+class BENTLIGHT_PT_passes_spacetime(_Panel, bpy.types.Panel):
+    """What only curved light has."""
+
+    bl_label = "Spacetime"
+    bl_context = "view_layer"
+    bl_parent_id = "VIEWLAYER_PT_layer_passes"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = self.column()
+        for name in ("use_pass_error", "use_pass_winding", "use_pass_fate"):
+            column.prop(context.view_layer.bentlight, name)
+
+
+class BENTLIGHT_PT_ray_visibility(_Panel, bpy.types.Panel):
+    """Which rays see an object."""
+
+    bl_label = "Ray Visibility"
+    bl_context = "object"
+    bl_parent_id = "OBJECT_PT_visibility"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and context.object.type != "CAMERA"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = self.column()
+        for name, text in (
+            ("visible_camera", "Camera"),
+            ("visible_diffuse", "Diffuse"),
+            ("visible_glossy", "Glossy"),
+            ("visible_transmission", "Transmission"),
+        ):
+            column.prop(context.object, name, text=text)
+        column.prop(context.object, "is_holdout")
+
+
+class BENTLIGHT_PT_spacetime(_Panel, bpy.types.Panel):
+    """What an object does to light around it."""
+
+    bl_label = "Spacetime"
+    bl_context = "object"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and context.object is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        settings = context.object.bentlight
+        column = self.column()
+        column.prop(settings, "kind")
+        if settings.kind == "BLACK_HOLE":
+            column.prop(settings, "mass")
+            column.prop(settings, "spin")
+            chart = column.column()
+            chart.enabled = settings.spin == 0
+            chart.prop(settings, "chart")
+            if settings.spin and settings.chart == "ISOTROPIC":
+                column.label(text="With spin, the oblate chart is used", icon="INFO")
+        elif settings.kind == "WORMHOLE":
+            column.prop(settings, "throat_radius")
+            column.prop(settings, "exit")
+        if settings.kind != "NONE":
+            column.prop(settings, "sphere_radius")
+            self._draw_influence(context)
+
+    def _draw_influence(self, context: bpy.types.Context) -> None:
+        """The sphere in use and what it costs; or why this cannot be rendered."""
+        column = self.layout.column()
+        try:
+            text = describe_influence(context.object, context.view_layer)
+        except RenderError as error:
+            column.alert = True
+            column.label(text=str(error), icon="ERROR")
+        else:
+            column.label(text=text, icon="INFO")
+
+
+def describe_influence(obj: bpy.types.Object, view_layer: bpy.types.ViewLayer) -> str:
+    """How far an object bends light, and the bending that this leaves out. Raises RenderError as a render would."""
+    items = [
+        spacetime.read_spacetime(other, other.matrix_world)
+        for other in view_layer.objects
+        if other.bentlight.kind != "NONE" and not other.hide_render
+    ]
+    spacetime.check(items)
+    found = [(item, radius) for item, radius in zip(items, spacetime.influence_radii(items), strict=True)]
+    for item, radius in found:
+        if item.name == obj.name:
+            if radius == float("inf"):
+                return "Bends light everywhere, exactly"
+            missing = spacetime.missing_bending(item, radius)
+            return f"Bends light within {radius:.4g}; leaves out at most {missing:.2g} rad of bending"
+    return "Not rendered"
+
+
+_CLASSES = (
+    BENTLIGHT_PT_sampling,
+    BENTLIGHT_PT_light_paths,
+    BENTLIGHT_PT_film,
+    BENTLIGHT_PT_performance,
+    BENTLIGHT_PT_passes,
+    BENTLIGHT_PT_passes_spacetime,
+    BENTLIGHT_PT_ray_visibility,
+    BENTLIGHT_PT_spacetime,
+)
+
+
+def register() -> None:
+    """Adds the panels."""
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    """Removes them."""
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)
