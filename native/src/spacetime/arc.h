@@ -148,8 +148,8 @@ LANES_INLINE void arc_planar_basis(const arc_ray *ray, lanes offset, lanes n[3],
  * horizon, at ray->peak: P there, `barrier`, tells whether the ray can pass. `scale`: the size of the terms of P.
  * Near the top of the barrier the motion is x'' = k^2 x with x = w - peak, and P = barrier + (kx)^2: an error e of a ray at
  * distance x0 from the top (its speed counts as distance too) has grown to e x0 / barrier when the ray leaves, to e / x0
- * if it does not come closer. */
-LANES_INLINE void arc_judge(arc_ray *ray, lanes barrier, lanes scale)
+ * if it does not come closer. `gain`: the growth that frame dragging adds. */
+LANES_INLINE void arc_judge(arc_ray *ray, lanes barrier, lanes scale, lanes gain)
 {
   const lanes_mask inward = ray->v > 0, outward = ray->v < 0, inside = ray->w > ray->peak, open = barrier > 0;
   const lanes_mask toward = (inward & ~inside) | (outward & inside);
@@ -158,7 +158,7 @@ LANES_INLINE void arc_judge(arc_ray *ray, lanes barrier, lanes scale)
   ray->doomed = (inward & (inside | open)) | (inside & ~inward & ~(outward & open));
   ray->side = lanes_all(1);
   const lanes near = lanes_min(apart, lanes_all(1)), closest = lanes_abs(barrier) / (scale * near);
-  ray->depth = lanes_min(lanes_select(toward, closest, near), lanes_all(1));
+  ray->depth = lanes_min(lanes_select(toward, closest, near) / gain, lanes_all(1));
 }
 
 #include "spacetime/ellis.h"
@@ -271,13 +271,13 @@ LANES_INLINE void arc_asymptote(const arc_space *space, const arc_ray *ray, lane
 }
 
 /* Estimated angular error of the state, radians, from how far the invariants have drifted, times the ray's own
- * amplification 1/depth. `steps`: arcs so far, each adding the rounding of a few operations. */
+ * amplification 1/depth. `steps`: arcs so far; the rounding of their few operations adds up like a random walk. */
 LANES_INLINE lanes arc_error(const arc_space *space, const arc_ray *ray, lanes steps)
 {
   lanes drift;
   if (space->kind == BENT_KERR) drift = kerr_drift(space, ray);
   else if (space->kind == BENT_ELLIS) drift = ellis_drift(space, ray);
   else drift = schwarzschild_drift(space, ray);
-  return (drift + 2.220446049250313e-16 * (4 + steps)) / ray->depth;
+  return (drift + 2.220446049250313e-16 * (4 + lanes_sqrt(steps))) / ray->depth;
 }
 #endif

@@ -231,7 +231,8 @@ LANES_INLINE kerr_plan kerr_plan_ray(const kerr_hole *hole, double tolerance, co
   const lanes past = lanes_select(b.exists, 2 * start.doubt * (1 - b.U_p) / lanes_abs(b.U_p), lanes_all(0));
   const lanes on = 2 * start.doubt / lowest;
   const lanes critical = lanes_select(inward, past, lanes_min(past, on));
-  const lanes rounding = DBL_EPSILON * (16 + 4 * turn * start.u) + 2 * critical * (1 + winding);
+  const lanes faint = DBL_EPSILON * turn; /* of a ray that passes far from the hole: its sums cancel to b/M */
+  const lanes rounding = DBL_EPSILON * (16 + 4 * turn * start.u) + faint + 2 * critical * (1 + winding);
 
   lanes rho = lanes_all(1);
   if (lanes_any(barrier & escapes)) rho = kerr_plan_barrier(&b, &start, task);
@@ -251,7 +252,7 @@ LANES_INLINE kerr_plan kerr_plan_ray(const kerr_hole *hole, double tolerance, co
   const lanes pole = hole->spin * hole->spin / (task->q - hole->spin * hole->spin); /* about 1 / sinh^2 of Im chi */
   plan.sum = rule + (~barrier & KERR_WITHOUT_BARRIER) + ((pole > 0.1) & KERR_LONG_SERIES);
 
-  const lanes_mask certain = critical < 0.1, sound = start.energy > 1e-3;
+  const lanes_mask certain = critical < 0.1, sound = (start.energy > 1e-3) & (faint < fmax(tolerance, 1e-13));
   const lanes_mask answerable = (rule < GAUSS_RULES) & (task->eta >= 0) & (pole >= 0) & (pole < 0.9);
   plan.fate = certain & sound & ((escapes & answerable & BENT_ESCAPED) | (~escapes & BENT_CAPTURED));
   return plan;

@@ -30,7 +30,7 @@ LANES_INLINE void schwarzschild_launch(const arc_space *space, const lanes origi
   ray->peak = lanes_all(1 / (3 * M));
   /* P(peak) = E^2 - L^2 / (27 M^2), written so that it keeps its digits near the photon sphere */
   const lanes x = ray->w - ray->peak, barrier = ray->v * ray->v - ray->curl * x * x * (1 + 2 * M * x);
-  arc_judge(ray, barrier, lapse * lapse + ray->curl * (1 / (9 * M * M)));
+  arc_judge(ray, barrier, lapse * lapse + ray->curl * (1 / (9 * M * M)), lanes_all(1));
 }
 
 LANES_INLINE void schwarzschild_expand(const arc_space *space, const arc_ray *ray, lanes tolerance, int order, arc *arc)
