@@ -8,7 +8,8 @@
 
 enum { FINE = 32, COARSE = 16, SAMPLES = 16 };
 
-static double reflection_table[FINE][FINE], reflection_average[FINE];   /* [roughness][mu] */
+/* Entries are evenly spaced in sqrt(mu), since albedos change fast at grazing angles. */
+static double reflection_table[FINE][FINE], reflection_average[FINE]; /* [roughness][mu] */
 static double glass_table[2][COARSE][COARSE][COARSE], rise_table[COARSE][COARSE][COARSE]; /* [eta][roughness][mu] */
 static pthread_once_t prepared = PTHREAD_ONCE_INIT;
 
@@ -57,16 +58,16 @@ static void fill_tables(void)
     const double roughness = r / (FINE - 1.0);
     double average = 0;
     for (int m = 0; m < FINE; m++) {
-      const double mu = m / (FINE - 1.0);
+      const double t = m / (FINE - 1.0), mu = t * t;
       reflection_table[r][m] = microfacet_integrate(roughness, mu, 1.5, 2 * SAMPLES).reflection;
-      average += 2 * mu * reflection_table[r][m] * (m == FINE - 1 ? 0.5 : 1) / (FINE - 1);
+      average += 4 * t * mu * reflection_table[r][m] * (m == FINE - 1 ? 0.5 : 1) / (FINE - 1);
     }
     reflection_average[r] = fmin(average, 1);
   }
   for (int e = 0; e < COARSE; e++)
     for (int r = 0; r < COARSE; r++)
       for (int m = 0; m < COARSE; m++) {
-        const double eta = eta_from_z(e / (COARSE - 1.0)), roughness = r / (COARSE - 1.0), mu = m / (COARSE - 1.0);
+        const double eta = eta_from_z(e / (COARSE - 1.0)), roughness = r / (COARSE - 1.0), mu = squared(m / (COARSE - 1.0));
         const microfacet_energy into = microfacet_integrate(roughness, mu, eta, SAMPLES);
         glass_table[0][e][r][m] = into.glass;
         rise_table[e][r][m] = into.rise;
@@ -102,7 +103,7 @@ static double trilinear(const double table[COARSE][COARSE][COARSE], double slice
 
 double microfacet_reflection_albedo(double roughness, double mu)
 {
-  return bilinear(&reflection_table[0][0], FINE, roughness, mu);
+  return bilinear(&reflection_table[0][0], FINE, roughness, sqrt(mu));
 }
 
 double microfacet_reflection_average(double roughness)
@@ -114,10 +115,10 @@ double microfacet_reflection_average(double roughness)
 
 double microfacet_glass_albedo(double roughness, double mu, double eta)
 {
-  return trilinear(glass_table[eta < 1], z_from_eta(eta < 1 ? 1 / eta : eta), roughness, mu);
+  return trilinear(glass_table[eta < 1], z_from_eta(eta < 1 ? 1 / eta : eta), roughness, sqrt(mu));
 }
 
 double microfacet_fresnel_rise(double roughness, double mu, double eta)
 {
-  return trilinear(rise_table, z_from_eta(eta < 1 ? 1 / eta : eta), roughness, mu);
+  return trilinear(rise_table, z_from_eta(eta < 1 ? 1 / eta : eta), roughness, sqrt(mu));
 }

@@ -1,0 +1,102 @@
+"""Materials of one closure each, and integrals over the sphere, for the tests of BSDFs."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from bentlight_native import ProgramBuilder, Scene
+
+SCENE = Scene()
+NORMAL = object()  # stands for the shading normal among the operands
+
+PRINCIPLED = {
+    "base_color": (0.8, 0.8, 0.8),
+    "metallic": 0.0,
+    "roughness": 0.5,
+    "diffuse_roughness": 0.0,
+    "ior": 1.5,
+    "specular_level": 0.5,
+    "specular_tint": (1.0, 1.0, 1.0),
+    "transmission": 0.0,
+    "alpha": 1.0,
+    "normal": NORMAL,
+    "emission_color": (1.0, 1.0, 1.0),
+    "emission_strength": 0.0,
+}
+
+
+def material(*closures, scene=SCENE):
+    """Adds a material: closures are (operation, operands after the weight, distribution or None, weight)."""
+    builder = ProgramBuilder()
+    normal = builder.emit("coordinate", immediates=("SHADING_NORMAL",))[0]
+    for operation, operands, distribution, weight in closures:
+        numbers = [normal if value is NORMAL else builder.constant(value) for value in (weight, *operands)]
+        builder.emit(operation, *numbers, immediates=(distribution,) if distribution else ())
+    return scene.add_material(builder.build())
+
+
+def diffuse(color=1.0, roughness=0.0, normal=NORMAL, weight=1.0):
+    return ("diffuse", (color, roughness, normal), None, weight)
+
+
+def glossy(color=1.0, roughness=0.5, normal=NORMAL, distribution="MULTI_GGX", weight=1.0):
+    return ("glossy", (color, roughness, normal), distribution, weight)
+
+
+def glass(color=1.0, roughness=0.0, ior=1.5, normal=NORMAL, distribution="MULTI_GGX", weight=1.0):
+    return ("glass", (color, roughness, ior, normal), distribution, weight)
+
+
+def transparent(color=1.0, weight=1.0):
+    return ("transparent", (color,), None, weight)
+
+
+def principled(distribution="MULTI_GGX", weight=1.0, **settings):
+    return ("principled", tuple((PRINCIPLED | settings).values()), distribution, weight)
+
+
+def direction(cos_theta, phi=0.0):
+    """Unit vector at an angle to +z."""
+    sine = np.sqrt(1 - cos_theta**2)
+    return np.stack(np.broadcast_arrays(sine * np.cos(phi), sine * np.sin(phi), cos_theta), axis=-1)
+
+
+@dataclass
+class Grid:
+    """Cells of equal solid angle over the sphere, each with `fine` x `fine` midpoints."""
+
+    rows: int = 16
+    columns: int = 24
+    fine: int = 24
+
+    @property
+    def cell(self):
+        return 4 * np.pi / (self.rows * self.columns)
+
+    def directions(self):
+        """(rows, columns, fine^2, 3)"""
+        z = (np.arange(self.rows * self.fine) + 0.5) / (self.rows * self.fine) * 2 - 1
+        phi = (np.arange(self.columns * self.fine) + 0.5) / (self.columns * self.fine) * 2 * np.pi
+        all_directions = direction(z[:, None], phi[None, :])
+        split = all_directions.reshape(self.rows, self.fine, self.columns, self.fine, 3)
+        return split.transpose(0, 2, 1, 3, 4).reshape(self.rows, self.columns, self.fine**2, 3)
+
+    def count(self, directions):
+        """How many directions (n, 3) fall in each cell."""
+        row = np.clip(((directions[:, 2] + 1) / 2 * self.rows).astype(int), 0, self.rows - 1)
+        turn = np.arctan2(directions[:, 1], directions[:, 0]) / (2 * np.pi) % 1
+        column = np.clip((turn * self.columns).astype(int), 0, self.columns - 1)
+        return np.bincount(row * self.columns + column, minlength=self.rows * self.columns)
+
+
+def chi_square_z(observed, expected):
+    """The chi-square statistic as a standard normal deviate (Wilson and Hilferty 1931); rare cells are pooled."""
+    rare = expected < 8
+    observed = np.append(observed[~rare], observed[rare].sum())
+    expected = np.append(expected[~rare], max(expected[rare].sum(), 1e-9))
+    if expected[-1] < 8:
+        assert observed[-1] < 8 + 6 * np.sqrt(8)
+        observed, expected = observed[:-1], expected[:-1]
+    degrees = len(observed) - 1
+    statistic = ((observed - expected) ** 2 / expected).sum()
+    spread = 2 / (9 * degrees)
+    return ((statistic / degrees) ** (1 / 3) - (1 - spread)) / np.sqrt(spread)

@@ -1,0 +1,245 @@
+"""BSDFs: what is drawn is what is evaluated, energy is conserved, and the laws of optics hold."""
+
+import numpy as np
+import pytest
+from bsdf_tools import (
+    SCENE,
+    Grid,
+    chi_square_z,
+    diffuse,
+    direction,
+    glass,
+    glossy,
+    material,
+    principled,
+    transparent,
+)
+
+DIFFUSE, GLOSSY, TRANSMISSION, TRANSPARENT = 2, 4, 8, 16
+
+# A shading normal 0.3 radians off the geometric one, as a normal map or smooth shading gives.
+TILTED = {"geometric_normal": (0, 0, 1), "normal": (np.sin(0.3), 0, np.cos(0.3))}
+
+ROUGH = {
+    "diffuse": (diffuse(0.7),),
+    "oren_nayar": (diffuse((0.9, 0.5, 0.1), 0.8),),
+    "glossy": (glossy((0.9, 0.6, 0.3), 0.5),),
+    "glossy_single": (glossy(0.9, 0.4, distribution="GGX"),),
+    "glass": (glass((0.9, 1.0, 0.8), 0.5, 1.5),),
+    "glass_single": (glass(1.0, 0.7, 1.33, distribution="GGX"),),
+    "plastic": (principled(roughness=0.5, base_color=(0.8, 0.3, 0.1)),),
+    "metal": (principled(metallic=1.0, roughness=0.6, base_color=(1.0, 0.7, 0.3), specular_tint=(0.5, 0.8, 1.0)),),
+    "everything": (
+        principled(metallic=0.3, transmission=0.4, roughness=0.5, diffuse_roughness=0.6, specular_level=0.9),
+    ),
+    "mixed": (diffuse(0.5, weight=0.3), glossy(1.0, 0.5, weight=0.5), glass(1.0, 0.6, weight=0.2)),
+}
+VIEWS = {
+    "front": {"wo": direction(0.8)},
+    "grazing": {"wo": direction(0.25)},
+    "inside": {"wo": direction(0.7), "backfacing": 1.0},
+    "tilted": {"wo": direction(0.6, 2.0)} | TILTED,
+}
+
+
+def uniform(count, seed=1):
+    return np.random.default_rng(seed).random((count, 3))
+
+
+@pytest.mark.parametrize("view", VIEWS)
+@pytest.mark.parametrize("name", ROUGH)
+def test_drawn_directions_follow_the_pdf(name, view):
+    grid, index, point = Grid(), material(*ROUGH[name]), VIEWS[view]
+    directions = grid.directions()
+    _, pdf = SCENE.evaluate_bsdf(index, directions.reshape(-1, 3), **point)
+    chance = pdf.reshape(directions.shape[:3]).mean(axis=2).ravel() * grid.cell
+    drawn = SCENE.draw_bsdf(index, uniform(200_000), **point)
+    kept = drawn.lobe != 0
+    # What the pdf gives below the horizon of a tilted normal is absorbed when drawn, and 0 when evaluated.
+    observed = np.append(grid.count(drawn.wi[kept]), (~kept).sum())
+    expected = np.append(chance, 1 - chance.sum()) * len(kept)
+    assert chance.sum() < 1 + 1e-3
+    assert chi_square_z(observed, np.maximum(expected, 0)) < 4
+
+
+@pytest.mark.parametrize("view", VIEWS)
+@pytest.mark.parametrize("name", ROUGH)
+def test_weight_is_value_over_pdf_and_its_mean_the_albedo(name, view):
+    index, point = material(*ROUGH[name]), VIEWS[view]
+    drawn = SCENE.draw_bsdf(index, uniform(100_000, 2), **point)
+    kept = drawn.lobe != 0
+    value, pdf = SCENE.evaluate_bsdf(index, drawn.wi[kept], **point)
+    np.testing.assert_allclose(np.linalg.norm(drawn.wi[kept], axis=1), 1, rtol=1e-12)
+    np.testing.assert_allclose(drawn.pdf[kept], pdf, rtol=1e-12)
+    np.testing.assert_allclose(drawn.weight[kept], value / pdf[:, None], rtol=1e-12)
+    grid = Grid(rows=32, columns=32, fine=20)
+    value, _ = SCENE.evaluate_bsdf(index, grid.directions().reshape(-1, 3), **point)
+    deviation = drawn.weight.std(axis=0) / np.sqrt(len(kept))
+    assert (np.abs(drawn.weight.mean(axis=0) - value.mean(axis=0) * 4 * np.pi) < 4.5 * deviation + 2e-4).all()
+
+
+@pytest.mark.parametrize("roughness", [0.0, 0.1, 0.3, 0.6, 1.0])
+@pytest.mark.parametrize("mu", [0.05, 0.2, 0.5, 1.0])
+@pytest.mark.parametrize("backfacing", [0.0, 1.0])
+def test_white_furnace(roughness, mu, backfacing):
+    """White lobes that make up for multiple scattering lose and win nothing, at most what their tables are off."""
+    point = {"wo": direction(mu), "backfacing": backfacing}
+    for closure in (
+        glossy(roughness=roughness),
+        glass(roughness=roughness),
+        principled(metallic=1.0, base_color=1.0, roughness=roughness),
+        principled(transmission=1.0, base_color=1.0, roughness=roughness),
+        principled(base_color=1.0, roughness=roughness),
+        diffuse(roughness=roughness),
+    ):
+        weight = SCENE.draw_bsdf(material(closure), uniform(40_000, 3), **point).weight[:, 0]
+        deviation = weight.std() / np.sqrt(len(weight))
+        assert abs(weight.mean() - 1) < 4 * deviation + (8e-3 if mu < 0.1 else 3e-3), closure
+
+
+@pytest.mark.parametrize("mu", [0.02, 0.3, 0.9])
+@pytest.mark.parametrize("roughness", [0.05, 0.4, 1.0])
+def test_single_scattering_gains_no_energy(roughness, mu):
+    for closure in (
+        glossy(roughness=roughness, distribution="GGX"),
+        glass(roughness=roughness, distribution="GGX"),
+        principled("GGX", base_color=1.0, metallic=1.0, roughness=roughness),
+        principled("GGX", base_color=1.0, transmission=1.0, roughness=roughness),
+    ):
+        index = material(closure)
+        for backfacing in (0.0, 1.0):
+            weight = SCENE.draw_bsdf(index, uniform(20_000, 4), wo=direction(mu), backfacing=backfacing).weight
+            assert (weight <= 1 + 1e-9).all(), closure
+
+
+@pytest.mark.parametrize("closure", [diffuse(0.7, 0.9), glossy(0.9, 0.4, distribution="GGX")])
+def test_reflection_is_reciprocal(closure):
+    """f(a, b) = f(b, a), where the model says so: not for lobes whose Fresnel layer or compensation sees wo alone."""
+    index = material(closure)
+    a, b = direction(0.3, 1.0), direction(0.8, -2.0)
+    there, _ = SCENE.evaluate_bsdf(index, [b], wo=a)
+    back, _ = SCENE.evaluate_bsdf(index, [a], wo=b)
+    np.testing.assert_allclose(there / b[2], back / a[2], rtol=1e-12)
+
+
+def test_refraction_is_reciprocal_up_to_the_solid_angle():
+    """eta_o^-2 f(o, i) is symmetric (Walter et al. 2007, section 5.4), with the radiance L / eta^2 that is carried here."""
+    index = material(glass(1.0, 0.5, 1.5, distribution="GGX"))
+    above, below = direction(0.7, 0.4), -direction(0.8, 0.1)
+    down, _ = SCENE.evaluate_bsdf(index, [below], wo=above)
+    flipped = {"wo": -below, "backfacing": 1.0}
+    up, _ = SCENE.evaluate_bsdf(index, [-above], **flipped)
+    np.testing.assert_allclose(down / abs(below[2]) / 1.5**2, up / above[2], rtol=1e-12)
+
+
+def test_mirror():
+    drawn = SCENE.draw_bsdf(material(glossy((0.9, 0.5, 0.2), 0.0)), uniform(10), wo=direction(0.6))
+    np.testing.assert_allclose(drawn.wi, np.tile(direction(0.6, np.pi), (10, 1)), atol=1e-12)
+    np.testing.assert_allclose(drawn.weight, np.tile([0.9, 0.5, 0.2], (10, 1)), rtol=1e-12)
+    assert (drawn.pdf == 0).all() and (drawn.lobe == GLOSSY).all()
+    value, pdf = SCENE.evaluate_bsdf(material(glossy(1.0, 0.0)), drawn.wi, wo=direction(0.6))
+    assert (value == 0).all() and (pdf == 0).all()
+
+
+def fresnel(cos_i, eta):
+    """Unpolarized reflectance by the textbook's two formulas, with complex angles beyond total reflection."""
+    cos_t = np.emath.sqrt(1 - (1 - cos_i**2) / eta**2)
+    s = (cos_i - eta * cos_t) / (cos_i + eta * cos_t)
+    p = (eta * cos_i - cos_t) / (eta * cos_i + cos_t)
+    return (abs(s) ** 2 + abs(p) ** 2) / 2
+
+
+@pytest.mark.parametrize("ior", [1.05, 1.5, 2.4])
+@pytest.mark.parametrize("backfacing", [0.0, 1.0])
+@pytest.mark.parametrize("mu", [0.1, 0.5, 0.9, 1.0])
+def test_smooth_glass_obeys_snell_and_fresnel(ior, backfacing, mu):
+    wo, eta = direction(mu, 0.7), 1 / ior if backfacing else ior
+    drawn = SCENE.draw_bsdf(material(glass(ior=ior)), uniform(50_000, 5), wo=wo, backfacing=backfacing)
+    through = drawn.lobe == TRANSMISSION
+    assert (drawn.pdf == 0).all() and (through | (drawn.lobe == GLOSSY)).all()
+    np.testing.assert_allclose(drawn.weight, 1, rtol=1e-12)
+    expected = fresnel(mu, eta)
+    deviation = np.sqrt(expected * (1 - expected) / len(through))
+    assert abs((~through).mean() - expected) <= 4.5 * deviation + 1e-12
+    if through.any():
+        np.testing.assert_allclose(drawn.wi[through][:, :2], -wo[None, :2] / eta, atol=1e-12)
+        assert (drawn.wi[through][:, 2] < 0).all()
+    else:
+        assert expected == pytest.approx(1)
+
+
+def test_rough_glass_tends_to_smooth_glass():
+    wo = direction(0.7, 0.7)
+    for backfacing in (0.0, 1.0):
+        rough = SCENE.draw_bsdf(material(glass(roughness=0.02)), uniform(20_000, 6), wo=wo, backfacing=backfacing)
+        smooth = SCENE.draw_bsdf(material(glass()), uniform(20_000, 6), wo=wo, backfacing=backfacing)
+        for lobe in (GLOSSY, TRANSMISSION):
+            if not (smooth.lobe == lobe).any():
+                continue
+            mean = np.median(rough.wi[rough.lobe == lobe], axis=0)
+            np.testing.assert_allclose(mean, smooth.wi[smooth.lobe == lobe][0], atol=2e-3)
+        assert abs((rough.lobe == GLOSSY).mean() - (smooth.lobe == GLOSSY).mean()) < 0.015
+
+
+def test_transparent_passes_straight_on():
+    index = material(transparent((0.2, 0.5, 0.9)))
+    drawn = SCENE.draw_bsdf(index, uniform(5), wo=direction(0.3))
+    np.testing.assert_allclose(drawn.wi, np.tile(-direction(0.3), (5, 1)), rtol=1e-15)
+    np.testing.assert_allclose(drawn.weight, np.tile([0.2, 0.5, 0.9], (5, 1)), rtol=1e-12)
+    assert (drawn.lobe == TRANSPARENT).all() and (drawn.pdf == 0).all()
+
+
+def test_alpha_splits_the_paths():
+    drawn = SCENE.draw_bsdf(material(principled(alpha=0.3, metallic=1.0, base_color=1.0)), uniform(50_000, 7))
+    passed = (drawn.lobe == TRANSPARENT).mean()
+    assert abs(passed - 0.7) < 4.5 * np.sqrt(0.21 / 50_000) + 1e-3
+    assert abs(drawn.weight[:, 0].mean() - 1) < 4e-3
+
+
+def test_emission_of_a_lobe_stack():
+    index = material(principled(emission_color=(1.0, 2.0, 3.0), emission_strength=2.0, alpha=0.5, weight=0.25))
+    np.testing.assert_allclose(SCENE.shade(index)["emission"], [[0.25, 0.5, 0.75]], rtol=1e-12)
+
+
+def test_black_absorbs():
+    for closure in (diffuse(0.0), glossy(0.0), transparent(0.0), diffuse(weight=0.0)):
+        drawn = SCENE.draw_bsdf(material(closure), uniform(10))
+        assert (drawn.lobe == 0).all() and (drawn.weight == 0).all()
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -1.0, 1e300])
+def test_colors_out_of_range_stay_harmless(bad):
+    """Constants are finite, but arithmetic in a program may overflow; negative colors count as black."""
+    index = material(diffuse((min(bad, 1e300), 0.5, 0.5) if bad == bad else 0.5), glossy(0.5))
+    drawn = SCENE.draw_bsdf(index, uniform(1000))
+    assert np.isfinite(drawn.weight).all() and (drawn.weight >= 0).all()
+
+
+@pytest.mark.parametrize("name", ROUGH)
+def test_grazing_and_hidden_normals_give_no_nan_and_no_leak(name):
+    """Shading normals up to a right angle off, and beyond: finite, never through an opaque surface."""
+    rng = np.random.default_rng(8)
+    index = material(*ROUGH[name])
+    opaque = name in ("diffuse", "oren_nayar", "glossy", "glossy_single", "plastic", "metal")
+    for k in range(300):
+        wo = direction(10 ** rng.uniform(-8, 0), rng.uniform(0, 7))
+        normal = direction(10 ** rng.uniform(-8, 0), rng.uniform(0, 7))
+        point = {"wo": wo, "normal": normal, "geometric_normal": (0, 0, 1), "backfacing": float(k % 2)}
+        drawn = SCENE.draw_bsdf(index, rng.random((64, 3)), **point)
+        assert np.isfinite(drawn.wi).all() and np.isfinite(drawn.weight).all() and np.isfinite(drawn.pdf).all()
+        assert (drawn.weight >= 0).all()
+        if opaque:
+            assert (drawn.wi[drawn.lobe != 0][:, 2] > 0).all()
+        value, pdf = SCENE.evaluate_bsdf(index, -direction(rng.random(64), 1.0), **point)
+        assert np.isfinite(value).all() and np.isfinite(pdf).all()
+        assert not opaque or (value == 0).all()
+
+
+def test_a_mirror_never_reflects_into_the_surface():
+    """A normal map that would send the mirror ray below the horizon does not turn the surface black."""
+    index = material(glossy(1.0, 0.0))
+    for cos_o in (1e-6, 0.01, 0.2):
+        for tilt in (0.2, 0.8, 1.5):
+            point = {"wo": direction(cos_o), "normal": direction(np.cos(tilt), np.pi)}
+            drawn = SCENE.draw_bsdf(index, uniform(3), **point)
+            assert (drawn.wi[:, 2] > 0).all() and (drawn.weight == 1).all(), (cos_o, tilt)
