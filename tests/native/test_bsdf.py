@@ -29,9 +29,7 @@ ROUGH = {
     "glass_single": (glass(1.0, 0.7, 1.33, distribution="GGX"),),
     "plastic": (principled(roughness=0.5, base_color=(0.8, 0.3, 0.1)),),
     "metal": (principled(metallic=1.0, roughness=0.6, base_color=(1.0, 0.7, 0.3), specular_tint=(0.5, 0.8, 1.0)),),
-    "everything": (
-        principled(metallic=0.3, transmission=0.4, roughness=0.5, diffuse_roughness=0.6, specular_level=0.9),
-    ),
+    "everything": (principled(metallic=0.3, transmission=0.4, diffuse_roughness=0.6, specular_level=0.9),),
     "mixed": (diffuse(0.5, weight=0.3), glossy(1.0, 0.5, weight=0.5), glass(1.0, 0.6, weight=0.2)),
 }
 VIEWS = {
@@ -82,19 +80,20 @@ def test_weight_is_value_over_pdf_and_its_mean_the_albedo(name, view):
 @pytest.mark.parametrize("mu", [0.05, 0.2, 0.5, 1.0])
 @pytest.mark.parametrize("backfacing", [0.0, 1.0])
 def test_white_furnace(roughness, mu, backfacing):
-    """White lobes that make up for multiple scattering lose and win nothing, at most what their tables are off."""
+    """White lobes that make up for multiple scattering lose and win nothing, at most what their tables are off (the
+    figures of microfacet_energy.h)."""
     point = {"wo": direction(mu), "backfacing": backfacing}
-    for closure in (
-        glossy(roughness=roughness),
-        glass(roughness=roughness),
-        principled(metallic=1.0, base_color=1.0, roughness=roughness),
-        principled(transmission=1.0, base_color=1.0, roughness=roughness),
-        principled(base_color=1.0, roughness=roughness),
-        diffuse(roughness=roughness),
+    for closure, table_error in (
+        (glossy(roughness=roughness), 0.004),
+        (glass(roughness=roughness), 0.015 if mu > 0.08 else 0.04),
+        (principled(metallic=1.0, base_color=1.0, roughness=roughness), 0.004),
+        (principled(transmission=1.0, base_color=1.0, roughness=roughness), 0.015 if mu > 0.08 else 0.04),
+        (principled(base_color=1.0, roughness=roughness), 0.004 if mu > 0.08 else 0.02),
+        (diffuse(roughness=roughness), 1e-3),
     ):
         weight = SCENE.draw_bsdf(material(closure), uniform(40_000, 3), **point).weight[:, 0]
         deviation = weight.std() / np.sqrt(len(weight))
-        assert abs(weight.mean() - 1) < 4 * deviation + (8e-3 if mu < 0.1 else 3e-3), closure
+        assert abs(weight.mean() - 1) < 4 * deviation + table_error, closure
 
 
 @pytest.mark.parametrize("mu", [0.02, 0.3, 0.9])
@@ -123,7 +122,7 @@ def test_reflection_is_reciprocal(closure):
 
 
 def test_refraction_is_reciprocal_up_to_the_solid_angle():
-    """eta_o^-2 f(o, i) is symmetric (Walter et al. 2007, section 5.4), with the radiance L / eta^2 that is carried here."""
+    """Walter et al. (2007), section 5.4, but with the radiance L / eta^2 that is carried here."""
     index = material(glass(1.0, 0.5, 1.5, distribution="GGX"))
     above, below = direction(0.7, 0.4), -direction(0.8, 0.1)
     down, _ = SCENE.evaluate_bsdf(index, [below], wo=above)
@@ -159,10 +158,10 @@ def test_smooth_glass_obeys_snell_and_fresnel(ior, backfacing, mu):
     assert (drawn.pdf == 0).all() and (through | (drawn.lobe == GLOSSY)).all()
     np.testing.assert_allclose(drawn.weight, 1, rtol=1e-12)
     expected = fresnel(mu, eta)
-    deviation = np.sqrt(expected * (1 - expected) / len(through))
+    deviation = np.sqrt(max(expected * (1 - expected), 0) / len(through))
     assert abs((~through).mean() - expected) <= 4.5 * deviation + 1e-12
     if through.any():
-        np.testing.assert_allclose(drawn.wi[through][:, :2], -wo[None, :2] / eta, atol=1e-12)
+        assert np.abs(drawn.wi[through][:, :2] + wo[:2] / eta).max() < 1e-12
         assert (drawn.wi[through][:, 2] < 0).all()
     else:
         assert expected == pytest.approx(1)

@@ -1,12 +1,13 @@
 /* Directional albedo of GGX lobes under single scattering: what is lost between microfacets, to be put back.
  *
  * Tables over roughness in [0, 1], mu = n.wo in (0, 1] and eta, made by quadrature on first use (thread safe), linear in
- * between; within 2e-3 of the integral for roughness >= 0.1. Kulla and Conty (see fresnel.h).
+ * between. Measured against the integrals: reflection within 0.004; glass with eta or 1/eta in [1.2, 2.4] within 0.015,
+ * for mu < 0.08 within 0.04; Fresnel rise within 0.004, for mu < 0.08 within 0.03. Method: Kulla and Conty (fresnel.h).
  */
 #ifndef BENT_SCENE_MICROFACET_ENERGY_H
 #define BENT_SCENE_MICROFACET_ENERGY_H
 
-/* Fills the tables, once per process (about 50 ms). */
+/* Fills the tables, once per process (about 0.15 s). */
 void microfacet_energy_prepare(void);
 
 /* White reflection lobe. */
