@@ -82,13 +82,13 @@ void closure_add_diffuse(closure_set *set, const shade_point *point, vec3 weight
   c->normal = valid_normal(point, normal);
   c->alpha = saturate(roughness);
   vec3 albedo = v3_splat(1);
-  if (c->alpha > 0) {
+  if (c->alpha > 0) { /* the second bounce has one factor of the color more than in the paper, as in Cycles */
     const double a = oren_nayar_a(c->alpha), average = a * (PI + c->alpha * (2 * PI - 5.6) / 3);
     const double single = closure_oren_nayar_albedo(c->alpha, fmax(v3_dot(c->normal, point->wo), 0));
     const vec3 rho = v3_saturate(color);
     const double scale = average / (1 - average) * (1 - single) / PI;
-    c->multiscatter = v3(scale * rho.x / (1 - rho.x * (1 - average)), scale * rho.y / (1 - rho.y * (1 - average)),
-                         scale * rho.z / (1 - rho.z * (1 - average)));
+    c->multiscatter = v3_scale(v3(rho.x * rho.x / (1 - rho.x * (1 - average)), rho.y * rho.y / (1 - rho.y * (1 - average)),
+                                  rho.z * rho.z / (1 - rho.z * (1 - average))), scale);
     albedo = v3_add(v3_splat(single), v3_scale(c->multiscatter, PI * (1 - average)));
   }
   finish_closure(set, c, albedo);
@@ -105,7 +105,8 @@ static void compensate_energy(closure *c, double single, double average, vec3 fs
   c->weight = v3_mul(c->weight, v3_scale(v3_add(v3_splat(1), v3_scale(fms, missing)), 1 / c->energy_scale));
 }
 
-/* A reflecting lobe whose Fresnel fields are set: `colors` is its mean Fresnel color for this wo, `fss` over all. */
+/* A reflecting lobe whose Fresnel fields are set: `colors` is its mean Fresnel color for this wo, `fss` over all. Returns
+ * what the lobe takes from the layers below: light lost between microfacets is not given to them. */
 static vec3 finish_reflection(closure_set *set, closure *c, const shade_point *point, double roughness, vec3 colors,
                               vec3 fss, int multiscatter)
 {
@@ -114,7 +115,7 @@ static vec3 finish_reflection(closure_set *set, closure *c, const shade_point *p
   if (multiscatter && single < 1)
     compensate_energy(c, single, microfacet_reflection_average(roughness), fss);
   finish_closure(set, c, v3_scale(colors, single * c->energy_scale));
-  return c->albedo;
+  return v3_mul(c->weight, colors);
 }
 
 static closure *next_microfacet(closure_set *set, closure_kind kind, const shade_point *point, vec3 weight,
@@ -141,14 +142,15 @@ static double ior_beyond(const shade_point *point, double ior)
   return point->backfacing ? 1 / valid : valid;
 }
 
-/* Glass with the Fresnel fields set. */
-static void finish_glass(closure_set *set, closure *c, const shade_point *point, double roughness, int multiscatter)
+/* Glass with the Fresnel fields set; `fss` as in compensate_energy. */
+static void finish_glass(closure_set *set, closure *c, const shade_point *point, double roughness, vec3 fss,
+                         int multiscatter)
 {
   const double mu = saturate(v3_dot(c->normal, point->wo));
   double single = 1;
   if (!closure_is_delta(c)) {
     single = microfacet_glass_albedo(roughness, mu, c->ior);
-    if (multiscatter && single > 0) c->energy_scale = 1 / single;
+    if (multiscatter && single > 0) compensate_energy(c, single, microfacet_glass_average(roughness, c->ior), fss);
   }
   vec3 reflected, transmitted;
   double cos_t;
@@ -165,7 +167,7 @@ void closure_add_glass(closure_set *set, const shade_point *point, vec3 weight, 
   c->fresnel = FRESNEL_DIELECTRIC;
   c->ior = ior_beyond(point, ior);
   c->transmission_color = v3_splat(1);
-  finish_glass(set, c, point, saturate(roughness), multiscatter);
+  finish_glass(set, c, point, saturate(roughness), v3_saturate(color), multiscatter);
 }
 
 void closure_add_transparent(closure_set *set, vec3 weight)
@@ -201,7 +203,7 @@ static vec3 principled_glass(closure_set *set, const shade_point *point, vec3 we
     c->ior = ior_beyond(point, p->ior);
     c->f0 = v3_saturate(v3_scale(v3_positive(p->specular_tint), fresnel_f0(c->ior)));
     c->transmission_color = v3(sqrt(color.x), sqrt(color.y), sqrt(color.z));
-    finish_glass(set, c, point, roughness, p->multiscatter);
+    finish_glass(set, c, point, roughness, c->transmission_color, p->multiscatter);
   }
   return v3_scale(weight, 1 - transmission);
 }

@@ -11,6 +11,7 @@ enum { FINE = 32, COARSE = 16, SAMPLES = 16 };
 /* Entries are evenly spaced in sqrt(mu), since albedos change fast at grazing angles. */
 static double reflection_table[FINE][FINE], reflection_average[FINE]; /* [roughness][mu] */
 static double glass_table[2][COARSE][COARSE][COARSE], rise_table[COARSE][COARSE][COARSE]; /* [eta][roughness][mu] */
+static double glass_average[2][COARSE][COARSE]; /* [eta][roughness] */
 static pthread_once_t prepared = PTHREAD_ONCE_INIT;
 
 /* Midpoint rule over the visible normals: equally spaced in azimuth (half a turn is enough), and in the height of the
@@ -52,17 +53,26 @@ microfacet_energy microfacet_integrate(double roughness, double mu, double eta, 
 static double eta_from_z(double z) { return (1 + z * z) / fmax(1 - z * z, 1e-3); }
 static double z_from_eta(double eta) { return sqrt(saturate((eta - 1) / (eta + 1))); }
 
+/* Cosine-weighted average of n entries over mu: trapezoids of 2 mu dmu = 4 t^3 dt. */
+static double average_over_mu(const double *entries, int n)
+{
+  double sum = 0;
+  for (int m = 0; m < n; m++) {
+    const double t = m / (n - 1.0);
+    sum += 4 * t * t * t * entries[m] * (m == n - 1 ? 0.5 : 1) / (n - 1);
+  }
+  return fmin(sum, 1);
+}
+
 static void fill_tables(void)
 {
   for (int r = 0; r < FINE; r++) {
     const double roughness = r / (FINE - 1.0);
-    double average = 0;
     for (int m = 0; m < FINE; m++) {
       const double t = m / (FINE - 1.0), mu = t * t;
       reflection_table[r][m] = microfacet_integrate(roughness, mu, 1.5, 2 * SAMPLES).reflection;
-      average += 4 * t * mu * reflection_table[r][m] * (m == FINE - 1 ? 0.5 : 1) / (FINE - 1);
     }
-    reflection_average[r] = fmin(average, 1);
+    reflection_average[r] = average_over_mu(reflection_table[r], FINE);
   }
   for (int e = 0; e < COARSE; e++)
     for (int r = 0; r < COARSE; r++)
@@ -73,6 +83,9 @@ static void fill_tables(void)
         rise_table[e][r][m] = into.rise;
         glass_table[1][e][r][m] = microfacet_integrate(roughness, mu, 1 / eta, SAMPLES).glass;
       }
+  for (int side = 0; side < 2; side++)
+    for (int e = 0; e < COARSE; e++)
+      for (int r = 0; r < COARSE; r++) glass_average[side][e][r] = average_over_mu(glass_table[side][e][r], COARSE);
 }
 
 void microfacet_energy_prepare(void) { pthread_once(&prepared, fill_tables); }
@@ -116,6 +129,11 @@ double microfacet_reflection_average(double roughness)
 double microfacet_glass_albedo(double roughness, double mu, double eta)
 {
   return trilinear(glass_table[eta < 1], z_from_eta(eta < 1 ? 1 / eta : eta), roughness, sqrt(mu));
+}
+
+double microfacet_glass_average(double roughness, double eta)
+{
+  return bilinear(&glass_average[eta < 1][0][0], COARSE, z_from_eta(eta < 1 ? 1 / eta : eta), roughness);
 }
 
 double microfacet_fresnel_rise(double roughness, double mu, double eta)

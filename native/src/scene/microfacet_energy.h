@@ -16,6 +16,7 @@ double microfacet_reflection_albedo(double roughness, double mu);
 double microfacet_reflection_average(double roughness);
 /* Lossless glass: reflection and refraction together. */
 double microfacet_glass_albedo(double roughness, double mu, double eta);
+double microfacet_glass_average(double roughness, double eta);
 /* Mean of fresnel_rise over a reflection lobe. */
 double microfacet_fresnel_rise(double roughness, double mu, double eta);
 
