@@ -61,6 +61,33 @@ def _border(render: bpy.types.RenderSettings) -> tuple[int, int, int, int]:
     return left, bottom, right - left, top - bottom
 
 
+def render_settings(
+    scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, is_preview: bool
+) -> bentlight_native.RenderSettings:
+    """What the user set, for the native renderer; a preview (a material's icon) is quick."""
+    user, render = scene.bentlight, scene.render
+    samples, bounces = view_layer.samples or user.samples, user.max_bounces
+    if is_preview:
+        samples, bounces = min(samples, _PREVIEW_SAMPLES), min(bounces, _PREVIEW_BOUNCES)
+    width, height = image_size(render)
+    return bentlight_native.RenderSettings(
+        width=width,
+        height=height,
+        sample_count=samples,
+        seed=user.seed,
+        max_bounces=bounces,
+        diffuse_bounces=bounces,
+        glossy_bounces=bounces,
+        transmission_bounces=bounces,
+        transparent_bounces=user.transparent_bounces,
+        tolerance=user.tolerance,
+        filter=user.pixel_filter,
+        filter_width=render.filter_size,
+        film_transparent=render.film_transparent,
+        clamp_indirect=user.clamp_indirect,
+    )
+
+
 class _ViewRender:
     """One view of one view layer of one frame."""
 
@@ -111,29 +138,6 @@ class _ViewRender:
             self._engine.camera_shift_x(camera),
         )
 
-    def _settings(self) -> bentlight_native.RenderSettings:
-        user, render = self._scene.bentlight, self._scene.render
-        samples, bounces = self._view_layer.samples or user.samples, user.max_bounces
-        if self._engine.is_preview:
-            samples, bounces = min(samples, _PREVIEW_SAMPLES), min(bounces, _PREVIEW_BOUNCES)
-        width, height = image_size(render)
-        return bentlight_native.RenderSettings(
-            width=width,
-            height=height,
-            sample_count=samples,
-            seed=user.seed,
-            max_bounces=bounces,
-            diffuse_bounces=bounces,
-            glossy_bounces=bounces,
-            transmission_bounces=bounces,
-            transparent_bounces=user.transparent_bounces,
-            tolerance=user.tolerance,
-            filter=user.pixel_filter,
-            filter_width=render.filter_size,
-            film_transparent=render.film_transparent,
-            clamp_indirect=user.clamp_indirect,
-        )
-
     def _tiles(self, threads: int) -> list[Tile]:
         pixels = self._border[2] * self._border[3]
         size = next((s for s in _TILE_SIZES if pixels >= s * s * threads * _TILES_PER_THREAD), _TILE_SIZES[-1])
@@ -142,7 +146,8 @@ class _ViewRender:
     def _render_tiles(self, native: bentlight_native.Scene) -> None:
         threads = self._scene.render.threads
         channels = [item.channel for item in self._passes]
-        session = Session(native, self._settings(), self._tiles(threads), channels, threads)
+        settings = render_settings(self._scene, self._view_layer, self._engine.is_preview)
+        session = Session(native, settings, self._tiles(threads), channels, threads)
         written = False
         for finished in session.finished(_POLL):
             if finished:

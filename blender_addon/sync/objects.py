@@ -82,7 +82,6 @@ class _SceneReader:
                 materials=tuple(self._materials.index_of(m) for m in self._slots(obj, data_materials)),
                 visibility=self._visibility(obj, parent),
                 object_index=float(obj.pass_index),
-                holdout=self._is_holdout(parent or obj),
             )
         )
 
@@ -128,7 +127,7 @@ class _SceneReader:
             self._unseen_lamps.append(obj.name)
         elif lamp.type == "SUN":
             sun = light.read_sun(lamp, matrix, self._reporter)
-            sun.visibility = visibility
+            sun.visibility = visibility & Visibility.ALL
             self._data.suns.append(sun)
         else:
             shape = light.read_shape(lamp, matrix, self._reporter)
@@ -145,11 +144,8 @@ class _SceneReader:
                 )
             )
 
-    def _is_holdout(self, owner: bpy.types.Object) -> bool:
-        return owner.is_holdout or owner.holdout_get(view_layer=self._view_layer)
-
     def _visibility(self, obj: bpy.types.Object, parent: bpy.types.Object | None) -> int:
-        """The kinds of rays that see an object; an instance is also hidden from what its instancer is hidden from."""
+        """Visibility bits of an object; an instance is also hidden from what its instancer is hidden from."""
         bits = Visibility.ALL
         for owner in (obj, parent) if parent else (obj,):
             bits &= (
@@ -158,6 +154,9 @@ class _SceneReader:
                 | Visibility.GLOSSY * owner.visible_glossy
                 | Visibility.TRANSMISSION * owner.visible_transmission
             )
-        if (parent or obj).indirect_only_get(view_layer=self._view_layer):
+        placed = parent or obj  # what is in a collection of the view layer
+        if placed.indirect_only_get(view_layer=self._view_layer):
             bits &= ~Visibility.CAMERA
+        if obj.is_holdout or placed.holdout_get(view_layer=self._view_layer):
+            bits |= Visibility.HOLDOUT
         return bits

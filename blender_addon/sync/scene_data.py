@@ -20,6 +20,7 @@ class Visibility:
     GLOSSY = 4
     TRANSMISSION = 8
     ALL = 15
+    HOLDOUT = 16  # the camera sees a hole in the picture
 
 
 @dataclass
@@ -44,7 +45,6 @@ class InstanceData:
     visibility: int = Visibility.ALL
     object_index: float = 0.0
     one_sided: bool = False
-    holdout: bool = False
 
 
 @dataclass

@@ -31,7 +31,7 @@ typedef struct bent_instance {
   double world_from_mesh[4][4]; /* any invertible affine matrix, mirrored and non-uniform included */
   const int *materials;         /* one material per slot; NULL with count 0: the default grey */
   size_t material_count;
-  uint32_t visibility;          /* bent_visibility bits */
+  uint32_t visibility;          /* bent_visibility bits: the kinds of ray that see it, and BENT_HOLDOUT */
   float object_index;           /* for object info and index passes */
   uint32_t one_sided;           /* emits and is seen only on the side of the geometric normal (area lights) */
 } bent_instance;
@@ -41,7 +41,8 @@ typedef enum bent_visibility {
   BENT_VISIBLE_DIFFUSE = 2,
   BENT_VISIBLE_GLOSSY = 4,
   BENT_VISIBLE_TRANSMISSION = 8,
-  BENT_VISIBLE_ALL = 15
+  BENT_VISIBLE_ALL = 15,
+  BENT_HOLDOUT = 16 /* no kind of ray: the camera sees a hole in the picture (alpha 0) where the instance is */
 } bent_visibility;
 
 bent_status bent_scene_add_mesh(bent_scene *scene, const bent_mesh *mesh, int *index, bent_error *error);

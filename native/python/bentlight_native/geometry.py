@@ -12,6 +12,7 @@ from .embree import load_embree
 
 VISIBLE_CAMERA, VISIBLE_DIFFUSE, VISIBLE_GLOSSY, VISIBLE_TRANSMISSION = 1, 2, 4, 8
 VISIBLE_ALL = 15
+HOLDOUT = 16
 
 UNRESOLVED, ESCAPED, CAPTURED, ESCAPED_FAR, HIT = range(5)
 """Fates of a ray, as in the "fate" array of `Scene.intersect`."""
@@ -65,7 +66,7 @@ class GeometryMethods:
         """Place a mesh and return the instance's index.
 
         world_from_mesh: (4, 4) float64, any invertible affine matrix. materials: (k,) int32, one per slot; None for the
-        default grey. visibility: VISIBLE_* bits. one_sided: emits and is seen on the side of the geometric normal only.
+        default grey. visibility: VISIBLE_* bits, and HOLDOUT for a hole in the picture. one_sided: emits and is seen on the side of the geometric normal only.
         """
         return super().add_instance(mesh, world_from_mesh, materials, visibility, object_index, int(one_sided))
 
