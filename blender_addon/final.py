@@ -23,6 +23,7 @@ _POLL = 0.05  # seconds between looks at the user's wish to stop
 _STATUS_INTERVAL = 0.5  # seconds between status lines
 _TILE_SIZES = (64, 32, 16)
 _TILES_PER_THREAD = 8  # at least, so that no thread idles long at the end
+_FILTER_WIDTHS = 0.01, 10.0  # pixels, that the core takes; Blender lets users set any
 _PREVIEW_SAMPLES, _PREVIEW_BOUNCES = 16, 4
 
 
@@ -82,7 +83,7 @@ def render_settings(
         transparent_bounces=user.transparent_bounces,
         tolerance=user.tolerance,
         filter=user.pixel_filter,
-        filter_width=render.filter_size,
+        filter_width=min(max(render.filter_size, _FILTER_WIDTHS[0]), _FILTER_WIDTHS[1]),
         film_transparent=render.film_transparent,
         clamp_indirect=user.clamp_indirect,
     )

@@ -102,13 +102,14 @@ def add_light(kind: str, location=(0.0, 0.0, 0.0), rotation=(0.0, 0.0, 0.0), **s
 
 
 def read_exr(path: Path) -> dict[str, np.ndarray]:
-    """Every pass of a multilayer EXR by "layer.pass", rows upwards; (height, width, components)."""
+    """Every pass of a multilayer EXR by "layer.pass" or "layer.pass.view": (height, width, components), rows upwards."""
     passes: dict[str, dict[str, np.ndarray]] = {}
     with OpenEXR.File(str(path), separate_channels=True) as file:
-        for part in file.parts:
+        for part in file.parts:  # one for each pass from Blender 5.0 on
+            view = part.header.get("view", "")
             for name, channel in part.channels.items():
                 owner, _, component = name.rpartition(".")
-                passes.setdefault(owner, {})[component] = channel.pixels
+                passes.setdefault(f"{owner}.{view}".rstrip("."), {})[component] = channel.pixels
     order = "RGBAXYZVUW"
     return {
         owner: np.stack([parts[c] for c in sorted(parts, key=order.index)], axis=-1)[::-1].astype(np.float32)

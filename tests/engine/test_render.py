@@ -1,4 +1,4 @@
-"""A final render by our engine, as Blender delivers it: the part of the image asked for, layers, film, frames, passes."""
+"""A final render by our engine as Blender delivers it: the part of the image asked for, layers, film, frames."""
 
 import bpy
 import numpy as np

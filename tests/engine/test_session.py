@@ -1,0 +1,104 @@
+"""Sessions without Blender: tiles, threads, cancel, failure."""
+
+import threading
+import time
+
+import bentlight_native
+import numpy as np
+import pytest
+
+from blender_addon.session import Session, Tile, spiral_tiles
+
+
+@pytest.mark.parametrize("region", [(0, 0, 64, 48), (5, 7, 33, 17), (0, 0, 1, 1), (3, 0, 100, 1)])
+@pytest.mark.parametrize("size", [1, 7, 16, 64])
+def test_tiles_cover_the_region_once(region, size):
+    x, y, width, height = region
+    count = np.zeros((y + height + 5, x + width + 5), int)
+    for tile in spiral_tiles(*region, size):
+        assert 0 < tile.width <= size and 0 < tile.height <= size
+        count[tile.y : tile.y + tile.height, tile.x : tile.x + tile.width] += 1
+    assert (count[y : y + height, x : x + width] == 1).all()
+    assert count.sum() == width * height
+
+
+def test_tiles_start_at_the_center():
+    first = spiral_tiles(0, 0, 90, 90, 10)[0]
+    assert (first.x, first.y) == (40, 40)
+
+
+def glowing_scene() -> bentlight_native.Scene:
+    """Inside a closed, white box there is always another bounce: paths are as long as they may be."""
+    scene = bentlight_native.Scene()
+    corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float32)
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    triangles = np.array([t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))], np.uint32)
+    scene.add_instance(scene.add_mesh(corners, triangles), np.eye(4))
+    scene.set_spacetime(bentlight_native.Spacetime.schwarzschild(0.1))
+    matrix = np.eye(4)
+    matrix[:3, 3] = 0.6
+    scene.set_camera("PERSPECTIVE", matrix, (-0.5, 0.5, -0.5, 0.5))
+    scene.commit()
+    return scene
+
+
+def settings(**changes) -> bentlight_native.RenderSettings:
+    return bentlight_native.RenderSettings(**{"width": 64, "height": 64, "sample_count": 1} | changes)
+
+
+def test_all_tiles_are_delivered_and_progress_ends_at_one():
+    tiles = spiral_tiles(0, 0, 64, 64, 16)
+    session = Session(glowing_scene(), settings(), tiles, ["combined", "depth"], threads=3)
+    results = [result for result in session.finished(0.05) if result]
+    assert {result.tile for result in results} == set(tiles)
+    assert all(set(result.channels) == {"combined", "depth", "sample_count"} for result in results)
+    assert all((result.channels["sample_count"] == 1).all() for result in results)
+    assert session.fraction == 1
+    assert session.seconds_left == 0
+
+
+@pytest.mark.parametrize("after", [0.0, 0.3])
+def test_a_cancel_stops_within_0_3_seconds_and_keeps_what_is_done(after):
+    """One huge tile a thread, so that a cancel falls into the middle of a call."""
+    tiles = [Tile(0, 0, 64, 32), Tile(0, 32, 64, 32)]
+    wanted = settings(sample_count=1 << 20, max_bounces=64)
+    session = Session(glowing_scene(), wanted, tiles, ["combined"], threads=2)
+    time.sleep(after)
+    start = time.monotonic()
+    session.cancel()
+    results = [result for result in session.finished(0.05) if result]
+    assert time.monotonic() - start < 0.3
+    assert 0 <= session.fraction < 1
+    for result in results:
+        assert result.channels["sample_count"].any()
+        assert np.isfinite(result.channels["combined"]).all()
+    if after:
+        assert results
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("bentlight")]
+
+
+def test_waiting_is_interrupted_to_look_at_the_user():
+    tiles = [Tile(0, 0, 64, 64)]
+    session = Session(glowing_scene(), settings(sample_count=1 << 20), tiles, ["combined"], threads=1)
+    waits = []
+    for result in session.finished(0.02):
+        waits.append(result)
+        if len(waits) == 3:
+            session.cancel()
+    assert waits[:3] == [None, None, None]
+
+
+def test_a_failure_in_a_worker_is_raised_and_leaves_no_thread():
+    session = Session(glowing_scene(), settings(), [Tile(60, 0, 16, 16)], ["combined"], threads=2)
+    with pytest.raises(ValueError, match="tile"):
+        list(session.finished(0.05))
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("bentlight")]
+
+
+def test_an_abandoned_session_leaves_no_thread():
+    tiles = spiral_tiles(0, 0, 64, 64, 8)
+    session = Session(glowing_scene(), settings(sample_count=1 << 12), tiles, ["combined"], threads=2)
+    finished = session.finished(0.05)
+    next(finished)
+    finished.close()
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("bentlight")]
