@@ -10,13 +10,17 @@ import numpy as np
 
 def render_rows(materials, uvs, path):
     """Radiance (materials, values, 3) of each material at each of `uvs` (values, 2)."""
+    return render_emission(_quads(materials, uvs), len(materials), len(uvs), path)
+
+
+def render_emission(quads, rows, columns, path, pixel=1.0):
+    """The radiance (rows, columns, 3) of an object that fills, seen from above, that many pixels from the origin."""
     scene = bpy.data.scenes.new("values")
-    rows, columns = len(materials), len(uvs)
-    scene.collection.objects.link(_quads(materials, uvs))
+    scene.collection.objects.link(quads)
     camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
     camera.data.type = "ORTHO"
-    camera.data.ortho_scale = max(rows, columns)
-    camera.location = (columns / 2, rows / 2, 5)
+    camera.data.ortho_scale = max(rows, columns) * pixel
+    camera.location = (columns * pixel / 2, rows * pixel / 2, 5)
     scene.collection.objects.link(camera)
     scene.camera = camera
     render = scene.render
@@ -25,14 +29,20 @@ def render_rows(materials, uvs, path):
     scene.cycles.samples = 1
     scene.cycles.use_denoising = False
     scene.cycles.filter_width = 0.01
-    render.image_settings.file_format = "OPEN_EXR"
-    render.image_settings.color_depth = "32"
-    render.filepath = str(path)
+    return read_render(scene, path)
+
+
+def read_render(scene, path):
+    """Renders a scene; its linear pixels (height, width, 3) from the bottom up."""
+    settings = scene.render.image_settings
+    settings.file_format, settings.color_depth = "OPEN_EXR", "32"
+    scene.render.filepath = str(path)
     bpy.ops.render.render(write_still=True, scene=scene.name)
     image = bpy.data.images.load(str(path))
-    pixels = np.empty(rows * columns * 4, np.float32)
+    width, height = image.size
+    pixels = np.empty(width * height * 4, np.float32)
     image.pixels.foreach_get(pixels)
-    return pixels.reshape(rows, columns, 4)[..., :3]
+    return pixels.reshape(height, width, 4)[..., :3]
 
 
 def _quads(materials, uvs):

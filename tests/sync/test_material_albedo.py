@@ -7,6 +7,7 @@ import bentlight_native
 import bpy
 import numpy as np
 import pytest
+from cycles_values import read_render
 from value_cases import new
 
 from blender_addon.sync.images import ImageTable
@@ -108,7 +109,7 @@ def make_world():
     return world
 
 
-def tilted_quads(materials, backfacing):
+def tilted_quads(materials):
     """One quad a pixel that seems as large as it from above; columns by cosine, rows by material and side."""
     vertices, faces, rows = [], [], []
     for row in range(len(materials) * 2):
@@ -139,7 +140,7 @@ def render_cycles(materials, world, path):
     scene.world = world
     # Light sampling finds light through rough glass that Cycles' own BSDF sampling never does, and more than came in.
     world.cycles.sampling_method = "NONE"
-    scene.collection.objects.link(tilted_quads(materials, False))
+    scene.collection.objects.link(tilted_quads(materials))
     rows, columns = 2 * len(materials), len(COSINES) * PIXELS
     camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
     camera.data.type, camera.data.ortho_scale = "ORTHO", max(rows, columns)
@@ -152,13 +153,7 @@ def render_cycles(materials, world, path):
     cycles.samples, cycles.use_denoising, cycles.use_adaptive_sampling = SAMPLES, False, False
     cycles.filter_width, cycles.blur_glossy, cycles.light_sampling_threshold = 0.01, 0.0, 0.0
     cycles.sample_clamp_indirect = 0.0
-    scene.render.image_settings.file_format, scene.render.image_settings.color_depth = "OPEN_EXR", "32"
-    scene.render.filepath = str(path)
-    bpy.ops.render.render(write_still=True, scene=scene.name)
-    image = bpy.data.images.load(str(path))
-    pixels = np.empty(rows * columns * 4, np.float32)
-    image.pixels.foreach_get(pixels)
-    return pixels.reshape(len(materials), 2, len(COSINES), PIXELS, 4)[..., :3]
+    return read_render(scene, path).reshape(len(materials), 2, len(COSINES), PIXELS, 3)
 
 
 @pytest.fixture(scope="module")

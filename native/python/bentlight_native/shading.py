@@ -90,12 +90,16 @@ class ShadingMethods:
         self._sky(rows, radiance)
         return radiance
 
-    def shade(self, material: int, **point: ArrayLike) -> dict[str, NDArray[np.float64]]:
+    def shade(
+        self, material: int, world_from_object: ArrayLike | None = None, **point: ArrayLike
+    ) -> dict[str, NDArray[np.float64]]:
         """Runs a material at points; returns "emission" (n, 3) towards wo and "albedo" (n, 3), the estimate that
-        denoisers get. point: fields of scene/shading.h's shade_point, (n, width) or one row for all."""
+        denoisers get. world_from_object: (4, 4), None for the identity. point: fields of scene/shading.h's shade_point,
+        (n, width) or one row for all."""
         rows = _point_rows(point)
+        matrix = np.eye(4) if world_from_object is None else np.asarray(world_from_object, np.float64)
         results = np.zeros((len(rows), 6))
-        self._shade(material, rows, results)
+        self._shade(material, rows, np.stack([matrix, np.linalg.inv(matrix)]), results)
         return {"emission": results[:, :3], "albedo": results[:, 3:]}
 
     def draw_bsdf(self, material: int, u: ArrayLike, **point: ArrayLike) -> Samples:

@@ -121,28 +121,32 @@ static PyObject *set_world(PyObject *self, PyObject *args)
 static PyObject *shade(PyObject *self, PyObject *args)
 {
   int material;
-  PyObject *points, *results;
-  Py_ssize_t in[2] = {-1, POINT_NUMBERS}, out[2] = {-1, 6};
-  buffer held[2] = {0};
-  if (!PyArg_ParseTuple(args, "iOO", &material, &points, &results) ||
+  PyObject *points, *matrices, *results;
+  Py_ssize_t in[2] = {-1, POINT_NUMBERS}, pair[3] = {2, 4, 4}, out[2] = {-1, 6};
+  buffer held[3] = {0};
+  if (!PyArg_ParseTuple(args, "iOOO", &material, &points, &matrices, &results) ||
       buffer_get(&held[0], points, "points", 'd', 2, in, BUFFER_FINITE) < 0 || (out[0] = in[0], 0) ||
-      buffer_get(&held[1], results, "results", 'd', 2, out, BUFFER_WRITE) < 0) {
-    buffer_release_all(held, 2);
+      buffer_get(&held[1], results, "results", 'd', 2, out, BUFFER_WRITE) < 0 ||
+      buffer_get(&held[2], matrices, "matrices", 'd', 3, pair, BUFFER_FINITE) < 0) {
+    buffer_release_all(held, 3);
     return NULL;
   }
+  const mat4 *matrix = buffer_data(&held[2]);
   const shading *shading = scene_value(self)->shading;
   const double *point = buffer_data(&held[0]);
   double *result = buffer_data(&held[1]);
   Py_BEGIN_ALLOW_THREADS
   for (Py_ssize_t i = 0; i < in[0]; i++) {
     closure_set set;
-    const shade_point p = point_from(point + i * POINT_NUMBERS);
+    shade_point p = point_from(point + i * POINT_NUMBERS);
+    p.world_from_object = &matrix[0];
+    p.object_from_world = &matrix[1];
     shading_evaluate(shading, material, &p, &set);
     v3_to(result + 6 * i, set.emission);
     v3_to(result + 6 * i + 3, bsdf_albedo(&set));
   }
   Py_END_ALLOW_THREADS
-  buffer_release_all(held, 2);
+  buffer_release_all(held, 3);
   Py_RETURN_NONE;
 }
 
@@ -283,7 +287,7 @@ PyMethodDef scene_shading_methods[] = {
     {"_add_material", add_material, METH_VARARGS, "(code, constants, table) -> int"},
     {"_update_material", update_material, METH_VARARGS, "(index, code, constants, table)"},
     {"_set_world", set_world, METH_VARARGS, "(code=None, constants=None, table=None)"},
-    {"_shade", shade, METH_VARARGS, "(material, points (n, 23), results (n, 6): emission, albedo)"},
+    {"_shade", shade, METH_VARARGS, "(material, points (n, 23), world_from_object and its inverse (2, 4, 4), results (n, 6): emission, albedo)"},
     {"_sky", sky, METH_VARARGS, "(directions (n, 3), radiance (n, 3))"},
     {"_draw_bsdf", draw_bsdf, METH_VARARGS, "(material, point (23,), u (n, 3), samples (n, 8): wi, weight, pdf, lobe)"},
     {"_evaluate_bsdf", evaluate_bsdf, METH_VARARGS, "(material, point (23,), wi (n, 3), values (n, 4): value, pdf)"},

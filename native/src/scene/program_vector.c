@@ -23,6 +23,13 @@ static vec3 world_from_object_normal(const shade_point *p, vec3 n)
   return p->object_from_world ? v3_normalize(mat4_transposed_vector(p->object_from_world, n)) : n;
 }
 
+static int is_mirrored(const mat4 *m)
+{
+  if (!m) return 0;
+  const double(*a)[4] = m->m;
+  return v3_dot(v3_cross(v3_from(a[0]), v3_from(a[1])), v3_from(a[2])) < 0;
+}
+
 OPERATION(coordinate)
 {
   UNUSED;
@@ -32,7 +39,7 @@ OPERATION(coordinate)
     case COORDINATE_GENERATED: *out = p->generated; break;
     case COORDINATE_OBJECT: *out = object_from_world_point(p, p->position); break;
     case COORDINATE_NORMAL: *out = object_from_world_normal(p, p->normal); break;
-    case COORDINATE_REFLECTION: *out = v3_scale(reflect(p->wo, p->normal), -1); break;
+    case COORDINATE_REFLECTION: *out = reflect(p->wo, p->normal); break;
     case COORDINATE_POSITION: *out = p->position; break;
     case COORDINATE_SHADING_NORMAL: *out = p->normal; break;
     case COORDINATE_OBJECT_INDEX: *out = v3_splat(p->object_index); break;
@@ -77,6 +84,17 @@ OPERATION(mapping)
   *out = type == MAPPING_POINT ? v3_add(v, location) : type == MAPPING_NORMAL ? v3_normalize(v) : v;
 }
 
+/* A normal of the tangent space, in the object's axes: there is where it is defined, and only then is it stretched. */
+static vec3 object_from_tangent(const shade_point *p, vec3 c)
+{
+  const vec3 normal = object_from_world_normal(p, p->backfacing ? v3_scale(p->normal, -1) : p->normal);
+  const vec3 along = p->object_from_world ? mat4_vector(p->object_from_world, p->tangent) : p->tangent;
+  const vec3 tangent = v3_normalize(v3_mad(normal, -v3_dot(normal, along), along));
+  const double sign = is_mirrored(p->world_from_object) ? -p->tangent_sign : p->tangent_sign;
+  const vec3 bitangent = v3_scale(v3_cross(normal, tangent), sign);
+  return v3_add(v3_add(v3_scale(tangent, c.x), v3_scale(bitangent, c.y)), v3_scale(normal, c.z));
+}
+
 /* Strength, color. Tangent space needs a UV map; without one the normal stays. */
 OPERATION(normal_map)
 {
@@ -90,10 +108,8 @@ OPERATION(normal_map)
       *out = p->normal;
       return;
     }
-    const vec3 own = p->backfacing ? v3_scale(p->normal, -1) : p->normal;
-    const vec3 bitangent = v3_scale(v3_cross(own, p->tangent), p->tangent_sign);
     c = v3(c.x * strength, c.y * strength, 1 + (c.z - 1) * saturate(strength));
-    n = v3_add(v3_add(v3_scale(p->tangent, c.x), v3_scale(bitangent, c.y)), v3_scale(own, c.z));
+    n = world_from_object_normal(p, object_from_tangent(p, c));
   } else {
     if (space == SPACE_BLENDER_OBJECT || space == SPACE_BLENDER_WORLD) c = v3(c.x, -c.y, -c.z);
     n = space == SPACE_OBJECT || space == SPACE_BLENDER_OBJECT ? world_from_object_normal(p, c) : c;

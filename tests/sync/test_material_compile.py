@@ -1,0 +1,171 @@
+"""What compiling says: warnings that name material and node, errors that name image and file, and safe results."""
+
+import bentlight_native
+import bpy
+import numpy as np
+import pytest
+from value_cases import new
+
+from blender_addon.report import RenderError, Reporter
+from blender_addon.sync.images import ImageTable, image_pixels
+from blender_addon.sync.material import MaterialTable, compile_material
+
+
+@pytest.fixture(autouse=True)
+def empty_file():
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+
+
+def make_material(build, name="Wall"):
+    """A material whose surface is the shader or color output that `build(tree)` returns."""
+    material = bpy.data.materials.new(name)
+    if material.node_tree is None:
+        material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    new(tree, "OutputMaterial", {"Surface": build(tree)})
+    return material
+
+
+def shade(material, **point):
+    images, scene = ImageTable(), bentlight_native.Scene()
+    compiled = compile_material(material, images)
+    for pixels in images.images:
+        scene.add_image(*pixels)
+    index = scene.add_material(compiled.program)
+    return scene.shade(index, **point), compiled.warnings
+
+
+def emission(tree, color):
+    return new(tree, "Emission", {"Color": color}).outputs[0]
+
+
+def test_unsupported_value_node_warns_once_and_keeps_the_socket_value():
+    def build(tree):
+        noise = new(tree, "TexNoise")
+        noise.name = "Grain"
+        both = new(tree, "BsdfDiffuse", {"Color": noise.outputs["Color"], "Roughness": noise.outputs[0]})
+        both.inputs["Color"].default_value = (0.1, 0.2, 0.3, 1)
+        return both.outputs[0]
+
+    result, warnings = shade(make_material(build))
+    assert len(warnings) == 1 and "'Wall'" in warnings[0] and "'Grain'" in warnings[0]
+    np.testing.assert_allclose(result["albedo"], [[0.1, 0.2, 0.3]], rtol=1e-5)
+
+
+def test_unsupported_shader_becomes_diffuse():
+    def build(tree):
+        return new(tree, "BsdfSheen", {"Color": (0.4, 0.5, 0.6, 1)}).outputs[0]
+
+    result, warnings = shade(make_material(build))
+    assert len(warnings) == 1 and "diffuse" in warnings[0]
+    np.testing.assert_allclose(result["albedo"], [[0.4, 0.5, 0.6]], rtol=1e-5)
+
+
+def test_unsupported_parts_of_the_principled_bsdf_are_named():
+    def build(tree):
+        return new(tree, "BsdfPrincipled", {"Coat Weight": 0.5, "Sheen Weight": 1.0}).outputs[0]
+
+    _, warnings = shade(make_material(build))
+    assert len(warnings) == 1 and "Coat Weight" in warnings[0] and "Sheen Weight" in warnings[0]
+
+
+def test_a_plain_material_gives_no_warning():
+    material = bpy.data.materials.new("Plain")
+    if material.node_tree is None:
+        material.use_nodes = True
+    _, warnings = shade(material)
+    assert warnings == []
+
+
+def test_nothing_at_the_output_is_black():
+    material = make_material(lambda tree: emission(tree, (1, 1, 1, 1)))
+    material.node_tree.nodes.clear()
+    result, warnings = shade(material)
+    assert (result["emission"] == 0).all() and (result["albedo"] == 0).all() and warnings == []
+
+
+def test_a_color_at_the_output_emits():
+    def build(tree):
+        rgb = new(tree, "RGB")
+        rgb.outputs[0].default_value = (0.2, 0.4, 3.0, 1)
+        return rgb.outputs[0]
+
+    result, _ = shade(make_material(build))
+    np.testing.assert_allclose(result["emission"], [[0.2, 0.4, 3.0]], rtol=1e-6)
+
+
+def test_missing_image_file_is_named(tmp_path):
+    image = bpy.data.images.new("Brick", 4, 4)
+    image.source = "FILE"
+    image.filepath = str(tmp_path / "nowhere.png")
+    image.reload()
+    material = make_material(lambda tree: emission(tree, new(tree, "TexImage", image=image).outputs[0]))
+    with pytest.raises(RenderError, match=r"Brick.*nowhere\.png"):
+        compile_material(material, ImageTable())
+
+
+@pytest.mark.parametrize("suffix", ["png", "exr"])
+def test_external_image_equals_the_packed_one(tmp_path, suffix):
+    source = bpy.data.images.new("source", 5, 3, float_buffer=suffix == "exr", alpha=True)
+    source.pixels.foreach_set(np.random.default_rng(0).random(60).astype(np.float32))
+    source.file_format = "PNG" if suffix == "png" else "OPEN_EXR"
+    source.filepath_raw = str(tmp_path / f"image.{suffix}")
+    source.save()
+    external = bpy.data.images.load(source.filepath_raw)
+    packed = bpy.data.images.load(source.filepath_raw)
+    packed.pack()
+    a, b = image_pixels(external, print), image_pixels(packed, print)
+    assert a.srgb == b.srgb == (suffix == "png")
+    np.testing.assert_array_equal(a.values, b.values)
+
+
+def test_pixels_that_are_not_finite_become_black_with_a_warning():
+    image = bpy.data.images.new("Broken", 2, 1, float_buffer=True)
+    image.pixels.foreach_set(np.array([np.nan, 1, 2, 1, np.inf, -np.inf, 3, 1], np.float32))
+    said = []
+    pixels = image_pixels(image, said.append)
+    np.testing.assert_array_equal(pixels.values[0], [[0, 1, 2, 1], [0, 0, 3, 1]])
+    assert len(said) == 1 and "Broken" in said[0]
+
+
+def test_one_image_in_several_materials_is_converted_once():
+    image = bpy.data.images.new("shared", 2, 2)
+    table = MaterialTable(Reporter(lambda level, text: None))
+    build = lambda tree: emission(tree, new(tree, "TexImage", image=image).outputs[0])  # noqa: E731
+    materials = [make_material(build, name) for name in ("A", "B")]
+    assert [table.index_of(m) for m in (*materials, *materials, None)] == [0, 1, 0, 1, -1]
+    assert len(table.images) == 1 and len(table.materials) == 2
+
+
+def test_links_in_a_circle_end():
+    def build(tree):
+        first, second = new(tree, "Math"), new(tree, "Math")
+        tree.links.new(first.outputs[0], second.inputs[0])
+        tree.links.new(second.outputs[0], first.inputs[0])
+        return emission(tree, first.outputs[0])
+
+    result, _ = shade(make_material(build))
+    assert np.isfinite(result["emission"]).all()
+
+
+def test_shaders_inside_groups_and_mixes():
+    """Mix by a linked factor, add, groups with a shader output, and a muted shader node."""
+
+    def build(tree):
+        group = bpy.data.node_groups.new("lamp", "ShaderNodeTree")
+        group.interface.new_socket("Power", in_out="INPUT", socket_type="NodeSocketFloat")
+        group.interface.new_socket("Light", in_out="OUTPUT", socket_type="NodeSocketShader")
+        start, end = group.nodes.new("NodeGroupInput"), group.nodes.new("NodeGroupOutput")
+        inner = new(group, "Emission", {"Color": (1, 2, 3, 1), "Strength": start.outputs[0]})
+        group.links.new(inner.outputs[0], end.inputs[0])
+        lamp = new(tree, "Group", node_tree=group)
+        lamp.inputs[0].default_value = 2.0
+        factor = new(tree, "Math", {0: 0.25, 1: 0.5}, operation="ADD")
+        other = new(tree, "Emission", {"Color": (1, 1, 1, 1)})
+        mixed = new(tree, "MixShader", {0: factor.outputs[0], 1: other.outputs[0], 2: lamp.outputs[0]})
+        return new(tree, "AddShader", {0: mixed.outputs[0], 1: other.outputs[0]}).outputs[0]
+
+    result, warnings = shade(make_material(build))
+    np.testing.assert_allclose(result["emission"], [[1.25 + 1.5, 1.25 + 3.0, 1.25 + 4.5]], rtol=1e-6)
+    assert warnings == []

@@ -1,0 +1,137 @@
+"""Coordinates and normal maps against Cycles, on quads tilted at random in an object with a general transform.
+
+A quad covers one pixel of a thousandth of a unit, so that the place of a sample within its pixel changes a position by
+less than the tolerance.
+"""
+
+import bentlight_native
+import bpy
+import mathutils
+import numpy as np
+import pytest
+from cycles_values import render_emission
+from value_cases import new
+
+from blender_addon.sync.images import ImageTable
+from blender_addon.sync.material import compile_material
+
+COLUMNS = 32
+PIXEL = 1e-3
+SPACES = ("TANGENT", "OBJECT", "WORLD", "BLENDER_OBJECT", "BLENDER_WORLD")
+WORLD_FROM_OBJECT = mathutils.Matrix.LocRotScale(
+    mathutils.Vector((0.01, -0.02, 0.03)), mathutils.Euler((0.4, -0.7, 1.9)), mathutils.Vector((0.5, 1.5, -0.8))
+)
+
+
+def coordinate(name, target=None):
+    return lambda tree: new(tree, "TexCoord", object=target() if target else None).outputs[name]
+
+
+def other_object():
+    empty = bpy.data.objects.new("other", None)
+    bpy.context.scene.collection.objects.link(empty)
+    empty.matrix_world = mathutils.Matrix.LocRotScale((0.1, 0, -0.2), mathutils.Euler((1, 2, 3)), (2, 1, 0.5))
+    bpy.context.view_layer.update()
+    return empty
+
+
+def normal_map(space, strength):
+    def build(tree):
+        inputs = {"Strength": strength, "Color": (0.7, 0.35, 0.8, 1)}
+        return new(tree, "NormalMap", inputs, space=space).outputs[0]
+
+    return build
+
+
+CASES = {name: coordinate(name) for name in ("Generated", "Object", "Normal", "Reflection")}
+CASES["other_object"] = coordinate("Object", other_object)
+for space in SPACES:
+    for strength in (1.0, 0.4, 1.7):
+        CASES[f"normal_{space}_{strength}"] = normal_map(space, strength)
+
+
+def make_points():
+    """Center, unit normal, tangents along u, and UV of every quad; corners (n, 4, 3) in the world and their UVs."""
+    rng = np.random.default_rng(5)
+    rows = len(CASES)
+    row, column = np.divmod(np.arange(rows * COLUMNS), COLUMNS)
+    slopes = rng.uniform(-1.5, 1.5, (rows * COLUMNS, 2))
+    square = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]) * PIXEL
+    center = np.stack([(column + 0.5) * PIXEL, (row + 0.5) * PIXEL, 0 * row], axis=1)
+    height = square @ slopes[..., None]
+    corners = center[:, None] + np.concatenate([np.broadcast_to(square, (*height.shape[:2], 2)), height], axis=2)
+    normal = np.concatenate([-slopes, np.ones((len(slopes), 1))], axis=1)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    angle = rng.uniform(0, 2 * np.pi, len(center))
+    axes = np.stack([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]).transpose(2, 0, 1)
+    uvs = rng.uniform(0, 1, (len(center), 1, 2)) + np.einsum("nij,kj->nki", axes, square / PIXEL)
+    along_u = np.concatenate([axes[:, 0], np.einsum("ni,ni->n", axes[:, 0], slopes)[:, None]], axis=1)
+    return center, normal, along_u, corners, uvs
+
+
+def make_object(materials, corners, uvs):
+    """Every other quad faces away from the camera."""
+    faces = np.arange(4 * len(corners)).reshape(-1, 4)
+    faces[1::2] = faces[1::2, ::-1]
+    inverse = np.array(WORLD_FROM_OBJECT.inverted())
+    local = corners.reshape(-1, 3) @ inverse[:3, :3].T + inverse[:3, 3]
+    mesh = bpy.data.meshes.new("quads")
+    mesh.from_pydata(local.tolist(), [], faces.tolist())
+    flat_uvs = uvs.reshape(-1, 2)[faces.ravel()]
+    mesh.uv_layers.new(name="UV").uv.foreach_set("vector", flat_uvs.astype(np.float32).ravel())
+    mesh.polygons.foreach_set("material_index", np.repeat(np.arange(len(CASES), dtype=np.int32), COLUMNS))
+    for material in materials:
+        mesh.materials.append(material)
+    quads = bpy.data.objects.new("quads", mesh)
+    quads.matrix_world = WORLD_FROM_OBJECT
+    low, high = local.min(axis=0), local.max(axis=0)
+    return quads, lambda world: ((world @ inverse[:3, :3].T + inverse[:3, 3]) - low) / (high - low)
+
+
+@pytest.fixture(scope="module")
+def rendered(tmp_path_factory):
+    """Name -> (Cycles' values, ours)."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    materials = []
+    for name, build in CASES.items():
+        material = bpy.data.materials.new(name)
+        if material.node_tree is None:
+            material.use_nodes = True
+        material.node_tree.nodes.clear()
+        emission = new(material.node_tree, "Emission", {"Color": build(material.node_tree)})
+        new(material.node_tree, "OutputMaterial", {"Surface": emission.outputs[0]})
+        materials.append(material)
+    center, normal, along_u, corners, uvs = make_points()
+    quads, generated = make_object(materials, corners, uvs)
+    path = tmp_path_factory.mktemp("cycles") / "coordinates.exr"
+    cycles = render_emission(quads, len(CASES), COLUMNS, path, PIXEL)
+    scene, ours = bentlight_native.Scene(), {}
+    backfacing = np.arange(len(center)) % 2
+    # Mirrored by the object's negative scale, a face turns over once more.
+    backfacing = 1 - backfacing if WORLD_FROM_OBJECT.determinant() < 0 else backfacing
+    tangent = along_u - normal * np.einsum("ni,ni->n", along_u, normal)[:, None]
+    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+    sign = np.where(backfacing == 1, -1, 1)  # seen from above, (u, v, up) is right-handed
+    for i, (name, material) in enumerate(zip(CASES, materials, strict=True)):
+        at = slice(i * COLUMNS, (i + 1) * COLUMNS)
+        ours[name] = scene.shade(
+            scene.add_material(compile_material(material, ImageTable()).program),
+            world_from_object=np.array(WORLD_FROM_OBJECT),
+            position=center[at],
+            generated=generated(center[at]),
+            normal=normal[at],
+            geometric_normal=normal[at],
+            tangent=tangent[at],
+            tangent_sign=sign[at],
+            uv=uvs[at].mean(axis=1),
+            backfacing=backfacing[at],
+        )["emission"]
+    return {name: (cycles[i], ours[name]) for i, name in enumerate(CASES)}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_values_are_those_of_cycles(rendered, name):
+    cycles, ours = rendered[name]
+    # Generated is stretched over the whole object: a sample's place in its pixel shows most there.
+    tolerance = 5e-4 if name == "Generated" else 2e-5
+    np.testing.assert_allclose(ours, cycles, rtol=2e-5, atol=tolerance)
