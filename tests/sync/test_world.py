@@ -70,6 +70,7 @@ def directions(offset=(0.0, 0.0)):
 def render(world, path):
     scene = bpy.data.scenes.new(world.name)
     scene.world = world
+    world.cycles.sampling_method = "NONE"  # its map takes long to build
     camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
     camera.data.angle = np.pi / 2
     camera.rotation_euler = ROTATION
