@@ -102,7 +102,7 @@ def add_light(kind: str, location=(0.0, 0.0, 0.0), rotation=(0.0, 0.0, 0.0), **s
 
 
 def read_exr(path: Path) -> dict[str, np.ndarray]:
-    """Every pass of a multilayer EXR by "layer.pass" or "layer.pass.view": (height, width, components), rows upwards."""
+    """Every pass of a multilayer EXR by "layer.pass" or "layer.pass.view", (height, width, components), upwards."""
     passes: dict[str, dict[str, np.ndarray]] = {}
     with OpenEXR.File(str(path), separate_channels=True) as file:
         for part in file.parts:  # one for each pass from Blender 5.0 on
