@@ -6,9 +6,12 @@ scene units, angles in radians.
 
 from ._core import Cancelled, Progress, Spacetime, contains, instruction_set, lapse, local_from_covector
 from .embree import embree_version, load_embree
+from .exr import ExrError
+from .kerr_map import KerrMap
 from .program import OPERATIONS, Program, ProgramBuilder
 from .render import CHANNELS, RenderSettings, RenderStatistics
 from .scene import Scene
+from .table import DeflectionTable, SampledTable
 from .trace import FATES, ray_path, trace_rays
 
 __all__ = [
@@ -16,11 +19,15 @@ __all__ = [
     "FATES",
     "OPERATIONS",
     "Cancelled",
+    "DeflectionTable",
+    "ExrError",
+    "KerrMap",
     "Program",
     "ProgramBuilder",
     "Progress",
     "RenderSettings",
     "RenderStatistics",
+    "SampledTable",
     "Scene",
     "Spacetime",
     "contains",

@@ -16,7 +16,7 @@ static PyMethodDef module_functions[] = {
 static int execute(PyObject *module)
 {
   if (errors_add_types(module) < 0 || spacetime_add_type(module) < 0 || progress_add_type(module) < 0 ||
-      scene_add_type(module) < 0)
+      scene_add_type(module) < 0 || table_add_type(module) < 0)
     return -1;
   PyMethodDef *const topics[] = {module_functions, embree_functions, trace_functions, table_functions,
                                  render_functions};

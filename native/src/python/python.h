@@ -45,6 +45,7 @@ int errors_add_types(PyObject *module);
 int spacetime_add_type(PyObject *module);
 int progress_add_type(PyObject *module);
 int scene_add_type(PyObject *module);
+int table_add_type(PyObject *module);
 /* The value inside a Spacetime, or NULL with TypeError. */
 const bent_spacetime *spacetime_value(PyObject *object);
 /* The cell inside a Progress; None gives NULL with *ok = 1. */

@@ -91,7 +91,37 @@ static PyObject *get_core_radius(PyObject *self, void *closure)
   return PyFloat_FromDouble(bent_spacetime_core_radius(&((spacetime_object *)self)->value));
 }
 
+static PyObject *get_kind(PyObject *self, void *closure)
+{
+  (void)closure;
+  static const char *const names[] = {"minkowski", "schwarzschild", "kerr", "ellis"};
+  return PyUnicode_FromString(names[((spacetime_object *)self)->value.kind]);
+}
+
+static PyObject *get_chart(PyObject *self, void *closure)
+{
+  (void)closure;
+  static const char *const names[] = {"cartesian", "isotropic", "areal", "oblate"};
+  return PyUnicode_FromString(names[((spacetime_object *)self)->value.chart]);
+}
+
+static PyObject *get_mass(PyObject *self, void *closure)
+{
+  (void)closure;
+  return PyFloat_FromDouble(((spacetime_object *)self)->value.mass);
+}
+
+static PyObject *get_spin(PyObject *self, void *closure)
+{
+  (void)closure;
+  return PyFloat_FromDouble(((spacetime_object *)self)->value.spin);
+}
+
 static PyGetSetDef getset[] = {
+    {"mass", get_mass, NULL, "Mass as a length; 0 for flat space and wormholes.", NULL},
+    {"spin", get_spin, NULL, "Spin as a length; 0 unless Kerr.", NULL},
+    {"kind", get_kind, NULL, "'minkowski', 'schwarzschild', 'kerr' or 'ellis'.", NULL},
+    {"chart", get_chart, NULL, "'cartesian', 'isotropic', 'areal' or 'oblate'.", NULL},
     {"core_radius", get_core_radius, NULL, "Scene radius of the horizon or throat at the equator; 0 if flat.", NULL},
     {0}};
 

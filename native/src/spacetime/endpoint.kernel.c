@@ -4,23 +4,6 @@
 #include "spacetime/endpoint_kerr_sum.h"
 #include "spacetime/endpoint_schwarzschild.h"
 
-/* Lane i of `end` is ray `at` of `out`. */
-LANES_INLINE void store_ray(const endpoint *end, size_t i, size_t at, const bent_trace_result *out)
-{
-  const bent_fate fate = (bent_fate)end->fate[i];
-  const int escaped = fate == BENT_ESCAPED || fate == BENT_ESCAPED_FAR;
-  if (out->fate) out->fate[at] = (uint8_t)fate;
-  if (out->error) out->error[at] = escaped ? end->error[i] : fate == BENT_CAPTURED ? 0 : NAN;
-  if (out->swept) out->swept[at] = escaped ? end->swept[i] : NAN;
-  if (out->steps) out->steps[at] = 0;
-  for (int k = 0; out->direction && k < 3; k++) out->direction[at][k] = escaped ? end->direction[k][i] : NAN;
-}
-
-LANES_INLINE void store(const endpoint *end, size_t first, size_t count, const bent_trace_result *out)
-{
-  for (size_t i = 0; i < count; i++) store_ray(end, i, first + i, out);
-}
-
 /* A ray whose arithmetic left the domain (an origin that is not in this spacetime, say) is declined. */
 LANES_INLINE void decline_broken(endpoint *end)
 {
@@ -57,7 +40,7 @@ static void plan_block(const kerr_hole *hole, double tolerance, size_t n, const 
     }
     if (lanes_any(plan.fate != BENT_ESCAPED)) {
       const endpoint end = {.fate = plan.fate & (plan.fate != BENT_ESCAPED)};
-      store(&end, offset + first, present, out);
+      endpoint_store(&end, offset + first, present, out);
     }
   }
   block->first[0] = 0;
@@ -81,7 +64,7 @@ static void finish_sum(const kerr_hole *hole, const kerr_block *block, int sum, 
     }
     endpoint end = kerr_finish(hole->spin, &task, sum);
     decline_broken(&end);
-    for (size_t i = 0; i < present; i++) store_ray(&end, i, offset + block->sorted[first + i], out);
+    for (size_t i = 0; i < present; i++) endpoint_store_ray(&end, i, offset + block->sorted[first + i], out);
   }
 }
 
@@ -115,6 +98,6 @@ void BENT_KERNEL(bent_trace_endpoint)(const bent_spacetime *spacetime, size_t n,
     endpoint end = spacetime->kind == BENT_ELLIS ? endpoint_ellis(spacetime->throat_radius, &a)
                                                  : endpoint_schwarzschild(spacetime->mass, is_isotropic, &a);
     decline_broken(&end);
-    store(&end, first, n - first < LANES ? n - first : LANES, out);
+    endpoint_store(&end, first, n - first < LANES ? n - first : LANES, out);
   }
 }

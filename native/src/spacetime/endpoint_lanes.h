@@ -47,4 +47,22 @@ LANES_INLINE void endpoint_turn(endpoint *end, const aim *a)
   lanes_sincos(end->swept, &sine, &cosine);
   for (int i = 0; i < 3; i++) end->direction[i] = a->outward[i] * cosine + a->sideward[i] * sine;
 }
+
+/* Lane i of `end` is ray `at` of `out`. */
+LANES_INLINE void endpoint_store_ray(const endpoint *end, size_t i, size_t at, const bent_trace_result *out)
+{
+  const bent_fate fate = (bent_fate)end->fate[i];
+  const int escaped = fate == BENT_ESCAPED || fate == BENT_ESCAPED_FAR;
+  if (out->fate) out->fate[at] = (uint8_t)fate;
+  if (out->error) out->error[at] = escaped ? end->error[i] : fate == BENT_CAPTURED ? 0 : NAN;
+  if (out->swept) out->swept[at] = escaped ? end->swept[i] : NAN;
+  if (out->steps) out->steps[at] = 0;
+  for (int k = 0; out->direction && k < 3; k++) out->direction[at][k] = escaped ? end->direction[k][i] : NAN;
+}
+
+LANES_INLINE void endpoint_store(const endpoint *end, size_t first, size_t count, const bent_trace_result *out)
+{
+  for (size_t i = 0; i < count; i++) endpoint_store_ray(end, i, first + i, out);
+}
+
 #endif
