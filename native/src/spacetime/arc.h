@@ -34,7 +34,8 @@ typedef struct arc_space {
   double mass;
   double spin;           /* s = -a: rays are traced backwards in time, which turns the spin round */
   double throat_radius;
-  double horizon;        /* w = 1/r of the horizon; Ellis: of the throat */
+  double outer, inner;   /* radii r of the horizons */
+  double horizon;        /* w = 1/r of the outer horizon; Ellis: of the throat */
   int ends_only;         /* set by a consumer that needs no path: frame dragging of falling rays is not resolved */
 } arc_space;
 
@@ -81,8 +82,9 @@ LANES_INLINE arc_space arc_space_make(const bent_spacetime *s)
   arc_space space = {.kind = s->kind, .chart = s->chart, .mass = s->mass, .throat_radius = s->throat_radius};
   if (s->kind == BENT_KERR && s->spin == 0) space.kind = BENT_SCHWARZSCHILD, space.chart = BENT_CHART_AREAL;
   if (space.kind == BENT_KERR) space.spin = -s->spin;
-  space.horizon = s->kind == BENT_ELLIS ? 1 / s->throat_radius
-                                        : 1 / (s->mass + sqrt((s->mass - space.spin) * (s->mass + space.spin)));
+  space.outer = s->mass + sqrt((s->mass - space.spin) * (s->mass + space.spin));
+  space.inner = space.spin * space.spin / space.outer;
+  space.horizon = 1 / (s->kind == BENT_ELLIS ? s->throat_radius : space.outer);
   return space;
 }
 

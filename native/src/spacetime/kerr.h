@@ -13,6 +13,12 @@
 #error "include spacetime/arc.h"
 #endif
 
+/* w^2 Delta, in factors that keep their digits near the horizon. */
+LANES_INLINE lanes kerr_delta(const arc_space *space, lanes w)
+{
+  return (1 - space->outer * w) * (1 - space->inner * w);
+}
+
 /* Functions of the place that the local frame is made of, all scaled by powers of w to be finite at infinity. */
 typedef struct kerr_place {
   lanes cos_phi, sin_phi, cos_theta, sin_theta; /* on the axis phi = 0 */
@@ -66,7 +72,7 @@ LANES_INLINE void kerr_find_barrier(const arc_space *space, arc_ray *ray)
   const lanes barrier = ray->v * ray->v - x * x * (bend + x * (2 * M * K - B * (4 * w + x)));
   /* Close to a maximal hole's horizon dragging turns the ray many times faster than its own motion does, and errors grow
    * with it; the square root is what both routes' results were measured to differ by, up to a = 0.999999. */
-  const lanes drag = s * w * (2 * M * E - s * L * w) / (1 - 2 * M * w + s * s * w * w);
+  const lanes drag = s * w * (2 * M * E - s * L * w) / kerr_delta(space, w);
   const lanes turning = lanes_sqrt(lanes_max(ray->curl, lanes_all(0)) + sE2);
   const lanes gain = lanes_sqrt(1 + lanes_abs(drag) / lanes_max(turning, lanes_all(1e-300)));
   arc_judge(ray, barrier, E2 + lanes_abs(A) * w * w, lanes_select(none, lanes_all(1), gain));
@@ -76,7 +82,6 @@ LANES_INLINE void kerr_find_barrier(const arc_space *space, arc_ray *ray)
 LANES_INLINE void kerr_launch(const arc_space *space, const lanes origin[3], const lanes direction[3], arc_ray *ray)
 {
   const double M = space->mass, s = space->spin, s2 = s * s;
-  const double outer = 1 / space->horizon, inner = s2 / outer;
   const lanes horizontal2 = origin[0] * origin[0] + origin[1] * origin[1], z = origin[2];
   const lanes horizontal = lanes_sqrt(horizontal2), half = 0.5 * (horizontal2 + z * z - s2);
   const lanes r = lanes_sqrt(half + lanes_sqrt(half * half + s2 * z * z)), w = 1 / r;
@@ -84,7 +89,7 @@ LANES_INLINE void kerr_launch(const arc_space *space, const lanes origin[3], con
   kerr_set_azimuth(origin[0], origin[1], horizontal, &at);
   at.cos_theta = z * w;
   at.sin_theta = horizontal / lanes_sqrt(r * r + s2);
-  kerr_set_metric(space, w, (r - outer) * (r - inner) * w * w, &at);
+  kerr_set_metric(space, w, (r - space->outer) * (r - space->inner) * w * w, &at);
   lanes er[3], et[3], ep[3];
   kerr_chart_basis(&at, er, et, ep);
   const lanes toward_phi = lanes_dot(direction, ep) * r * lanes_sqrt(at.area / at.sigma); /* L / sin theta */
@@ -115,7 +120,7 @@ LANES_INLINE void kerr_expand(const arc_space *space, const arc_ray *ray, lanes 
   const lanes E = ray->energy, L = ray->momentum, sE2 = s2 * E * E, K = (L - s * E) * (L - s * E) + ray->carter;
   const lanes c1 = sE2 - ray->curl, c2 = 3 * M * K, c3 = -2 * s2 * ray->carter;
   const lanes drag1 = 2 * M * s * E, drag2 = -s2 * L;
-  const lanes inverse = 1 / (1 - 2 * M * ray->w + s2 * ray->w * ray->w);
+  const lanes inverse = 1 / kerr_delta(space, ray->w);
   w[0] = ray->w, x[0] = ray->n[0], y[0] = ray->n[1], z[0] = ray->n[2];
   w[1] = ray->v, x[1] = ray->m[0], y[1] = ray->m[1], z[1] = ray->m[2];
   drag[0] = ray->drag;
@@ -180,7 +185,6 @@ LANES_INLINE void kerr_position(const arc_space *space, const arc_ray *ray, cons
 LANES_INLINE void kerr_direction(const arc_space *space, const arc_ray *ray, const arc *arc, lanes offset,
                                  lanes direction[3])
 {
-  const double M = space->mass, s2 = space->spin * space->spin;
   const lanes(*series)[ARC_ORDER_MAX + 1] = arc->series;
   lanes w, v, n[3], m[3], sine, cosine, er[3], et[3], ep[3];
   (void)ray;
@@ -190,7 +194,7 @@ LANES_INLINE void kerr_direction(const arc_space *space, const arc_ray *ray, con
   kerr_place at;
   kerr_set_azimuth(n[0], n[1], horizontal, &at);
   at.cos_theta = n[2], at.sin_theta = horizontal;
-  kerr_set_metric(space, w, lanes_max(1 - 2 * M * w + s2 * w * w, lanes_all(1e-300)), &at);
+  kerr_set_metric(space, w, lanes_max(kerr_delta(space, w), lanes_all(1e-300)), &at);
   const lanes p_theta = (m[0] * at.cos_phi + m[1] * at.sin_phi) * n[2] - m[2] * horizontal;
   const lanes toward_phi = m[1] * at.cos_phi - m[0] * at.sin_phi;
   const lanes radial = -v / lanes_sqrt(at.delta * at.sigma), south = p_theta * w / lanes_sqrt(at.sigma);
