@@ -4,6 +4,7 @@
  * matter. Ends with exit code 0 and one closing line, or stops at the first failed check.
  */
 #include <math.h>
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -156,12 +157,100 @@ static void test_scene(int hole)
   bent_scene_free(NULL);
 }
 
+static int opcode(const char *name)
+{
+  for (int i = 0; bent_opcode_info(i); i++)
+    if (!strcmp(bent_opcode_info(i)->name, name)) return i;
+  CHECK(!"an operation of this name");
+  return -1;
+}
+
+/* Emission of radiance 1 as the world; refused edits leave it. */
+static void light_up(bent_scene *scene)
+{
+  bent_error error = {0};
+  const double constants[2][3] = {{1, 1, 1}, {NAN, 0, 0}};
+  const int32_t emit[] = {opcode("emission"), 0, -1, -1, -1};
+  const bent_program white = {.code_length = 5, .code = emit, .constant_count = 1, .constants = constants};
+  CHECK(bent_scene_set_world(scene, &white, &error) == BENT_OK);
+
+  const bent_program cut = {.code_length = 3, .code = emit, .constant_count = 1, .constants = constants};
+  CHECK(refused(bent_scene_set_world(scene, &cut, &error), BENT_ERROR_ARGUMENT, &error));
+  const int32_t unknown[] = {9999, 0};
+  const bent_program alien = {.code_length = 2, .code = unknown};
+  int index;
+  CHECK(refused(bent_scene_add_material(scene, &alien, &index, &error), BENT_ERROR_ARGUMENT, &error));
+
+  const uint8_t bytes[4][4] = {{255, 0, 0, 255}, {0, 255, 0, 255}, {0, 0, 255, 255}, {9, 9, 9, 0}};
+  const bent_image image = {.width = 2, .height = 2, .bytes = bytes, .srgb = 1}, none = {.width = 2, .height = 2};
+  CHECK(bent_scene_add_image(scene, &image, &index, &error) == BENT_OK);
+  CHECK(refused(bent_scene_add_image(scene, &none, &index, &error), BENT_ERROR_ARGUMENT, &error));
+}
+
+enum { WIDTH = 16, HEIGHT = 12 };
+typedef struct half_render {
+  const bent_scene *scene;
+  const bent_render_settings *settings;
+  float combined[HEIGHT][WIDTH / 2][4];
+  bent_progress progress;
+  bent_status status;
+  int right;
+} half_render;
+
+static void *render_half(void *argument)
+{
+  half_render *half = argument;
+  float *channels[BENT_CHANNELS_MAX] = {0};
+  size_t count;
+  const bent_channel *table = bent_render_channels(&count);
+  for (size_t i = 0; i < count; i++)
+    if (!strcmp(table[i].name, "combined")) channels[i] = &half->combined[0][0][0];
+  half->status = bent_scene_render_tile(half->scene, half->right ? WIDTH / 2 : 0, 0, WIDTH / 2, HEIGHT, half->settings,
+                                        channels, NULL, &half->progress, NULL);
+  return NULL;
+}
+
+/* Two threads render the halves of an even white sky behind a hole: 1 where a ray escapes, 0 where it is captured. */
+static void test_render(void)
+{
+  bent_error error = {0};
+  bent_scene *scene = square_scene(1);
+  CHECK(bent_scene_clear_instances(scene, &error) == BENT_OK);
+  light_up(scene);
+  const bent_camera camera = {.kind = BENT_CAMERA_PERSPECTIVE, .world_from_camera = {{1, 0, 0, 0}, {0, 1, 0, 0},
+                              {0, 0, 1, 0}, {0, 0, 0, 1}}, .viewplane = {-1, 1, -0.75, 0.75}, .clip_start = 0.1,
+                              .clip_end = 1000};
+  CHECK(bent_scene_set_camera(scene, &camera, &error) == BENT_OK);
+  CHECK(bent_scene_commit(scene, NULL, &error) == BENT_OK);
+
+  bent_render_settings settings = bent_render_settings_default();
+  settings.width = WIDTH, settings.height = HEIGHT, settings.sample_count = 4;
+  half_render halves[2] = {{.scene = scene, .settings = &settings}, {.scene = scene, .settings = &settings, .right = 1}};
+  pthread_t threads[2];
+  for (int i = 0; i < 2; i++) CHECK(!pthread_create(&threads[i], NULL, render_half, &halves[i]));
+  for (int i = 0; i < 2; i++) CHECK(!pthread_join(threads[i], NULL) && halves[i].status == BENT_OK);
+  CHECK(fabsf(halves[0].combined[0][0][0] - 1) < 1e-5f);
+  CHECK(halves[0].combined[HEIGHT / 2][WIDTH / 2 - 1][1] < 0.9f);
+  CHECK(halves[1].combined[HEIGHT / 2][0][1] < 0.9f);
+
+  atomic_store(&halves[0].progress.cancel, 1);
+  render_half(&halves[0]);
+  CHECK(halves[0].status == BENT_CANCELLED);
+  settings.width = 0;
+  atomic_store(&halves[0].progress.cancel, 0);
+  render_half(&halves[0]);
+  CHECK(halves[0].status == BENT_ERROR_ARGUMENT);
+  bent_scene_free(scene);
+}
+
 /* usage: bentlight_smoke [Embree's library] */
 int main(int argc, char **argv)
 {
   bent_error error = {0};
   if (argc > 1) CHECK(bent_embree_load(1, (const char *const[]){argv[1]}, &error) == BENT_OK);
   test_scene(0);
+  test_scene(1);
+  test_render();
   test_errors();
   test_spacetimes();
   test_rays();
