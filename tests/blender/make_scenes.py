@@ -26,6 +26,7 @@ def make_scene() -> bpy.types.Scene:
     scene.world = bpy.data.worlds.new("World")
     scene.frame_start, scene.frame_end = 1, 3
     scene.render.engine = "BENTLIGHT"
+    scene.view_layers[0].bentlight.use_pass_fate = True  # proves who rendered
     scene.render.resolution_x, scene.render.resolution_y = 64, 48
     if hasattr(scene.render.image_settings, "media_type"):  # Blender 5.0 and up
         scene.render.image_settings.media_type = "MULTI_LAYER_IMAGE"

@@ -104,8 +104,9 @@ typedef struct plan {
   lanes_mask throat;  /* `limit` is the throat, and beyond it another mouth */
 } plan;
 
-/* Shortens the arcs of lanes in `turning` to where the ray turns round. */
-LANES_INLINE void end_at_turning(const march *m, arc *arc, lanes v_end, lanes_mask turning)
+/* Lanes in `turning` begin and end beyond the reach and turn round in between. Where the turn is beyond it too nothing can
+ * be met: returned. The arcs of the others end at the turn, and so within reach: the next one cannot turn again. */
+LANES_INLINE lanes_mask end_at_turning(const march *m, arc *arc, lanes v_end, lanes_mask turning)
 {
   lanes slope[ARC_ORDER_MAX + 1];
   const lanes *rate = arc->series[ARC_RATE];
@@ -114,8 +115,11 @@ LANES_INLINE void end_at_turning(const march *m, arc *arc, lanes v_end, lanes_ma
     slope[ARC_ORDER] = lanes_all(0);
     rate = slope;
   }
-  arc->step = lanes_select(turning, arc_crossing(arc, rate, lanes_all(0), v_end, turning), arc->step);
-  arc->escapes &= ~turning;
+  const lanes turn = arc_crossing(arc, rate, lanes_all(0), v_end, turning);
+  const lanes_mask clear = turning & (series_at(arc->series[ARC_W], ARC_ORDER, turn) < lanes_all(m->reach_w));
+  arc->step = lanes_select(turning & ~clear, turn, arc->step);
+  arc->escapes &= clear | ~turning;
+  return clear;
 }
 
 LANES_INLINE plan plan_arc(march *m, arc *arc)
@@ -137,8 +141,8 @@ LANES_INLINE plan plan_arc(march *m, arc *arc)
   const lanes_mask leaves = ~clear & ~p.throat & (w_end < reach) & is_outward(m, v_end) & ~m->ray.doomed;
   const lanes_mask turning = leaves & (m->ray.w < reach), exits = leaves & ~turning;
   if (lanes_any(turning)) {
-    end_at_turning(m, arc, v_end, turning);
-    p.limit = lanes_select(turning, arc->step, p.limit);
+    p.walking &= ~end_at_turning(m, arc, v_end, turning);
+    p.limit = arc->step;
   }
   if (lanes_any(exits)) p.limit = arc_crossing(arc, arc->series[ARC_W], reach, w_end, exits);
   p.limit = lanes_select(exits, p.limit, arc->step);

@@ -1,0 +1,62 @@
+"""Run in a process of its own, with an empty user folder: installs the extension's zip as a user does, and renders.
+
+`install_and_render.py ZIP OUTPUT.exr`; exit code 0 when the picture was made by the extension and its own native wheel.
+"""
+
+import sys
+from importlib.machinery import PathFinder
+from pathlib import Path
+
+import bpy
+import numpy as np
+import OpenEXR
+
+ARCHIVE, OUTPUT = map(Path, sys.argv[1:])
+USER = Path(bpy.utils.resource_path("USER"))
+
+
+class WithoutTheCheckout:
+    """Finds bentlight_native where the extension system puts it, not in the virtual environment."""
+
+    @staticmethod
+    def find_spec(name, path=None, target=None):
+        if name != "bentlight_native":
+            return None
+        return PathFinder.find_spec(name, [folder for folder in sys.path if Path(folder).is_relative_to(USER)])
+
+
+def render_passes():
+    """Renders a cube behind a black hole; the channels of the multilayer file, by name."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.preferences.addon_enable(module="bl_ext.user_default.bentlight")
+    scene = bpy.context.scene
+    bpy.ops.mesh.primitive_cube_add(size=2, location=(0, 4, 0))
+    bpy.ops.bentlight.black_hole_add(mass=0.2, spin=0.0, location=(0, 0, 0))
+    bpy.ops.object.camera_add(location=(0, -8, 0), rotation=(1.5707963, 0, 0))
+    scene.camera = bpy.context.object
+    scene.world = bpy.data.worlds.new("World")
+    scene.render.engine = "BENTLIGHT"
+    scene.view_layers[0].bentlight.use_pass_fate = True  # proves who rendered
+    scene.render.resolution_x, scene.render.resolution_y = 32, 24
+    if hasattr(scene.render.image_settings, "media_type"):  # Blender 5.0 and up
+        scene.render.image_settings.media_type = "MULTI_LAYER_IMAGE"
+    scene.render.image_settings.file_format = "OPEN_EXR_MULTILAYER"
+    scene.render.filepath = str(OUTPUT)
+    scene.bentlight.samples = 2
+    bpy.ops.render.render(write_still=True)
+    channels = {}
+    with OpenEXR.File(str(OUTPUT), separate_channels=True) as file:
+        for part in file.parts:
+            channels |= {name: channel.pixels for name, channel in part.channels.items()}
+    return channels
+
+
+sys.meta_path.insert(0, WithoutTheCheckout)
+bpy.ops.extensions.package_install_files(filepath=str(ARCHIVE), repo="user_default", enable_on_install=True)
+passes = render_passes()
+import bentlight_native  # noqa: E402  only now can it be the extension's own
+
+assert Path(bentlight_native.__file__).is_relative_to(USER), bentlight_native.__file__
+(fate,) = (pixels for name, pixels in passes.items() if "Bentlight Fate" in name)
+assert fate.shape == (24, 32)
+assert len(np.unique(fate)) > 1, "some rays hit the cube, some escape"
