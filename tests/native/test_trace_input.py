@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bentlight_native import Spacetime, contains, lapse, local_from_covector, ray_path, trace_rays
+from bentlight_native import Cancelled, Progress, Spacetime, contains, lapse, local_from_covector, ray_path, trace_rays
 from rays import kerr_functions, oblate_basis
 
 KERR = Spacetime.kerr(1, 0.9)
@@ -111,3 +111,16 @@ def test_covectors_of_the_oblate_and_areal_charts():
             assert local @ e_phi == pytest.approx(along_phi, abs=1e-12)
     for space in (Spacetime.minkowski(), Spacetime.schwarzschild(1), Spacetime.ellis(1)):
         assert np.array_equal(local_from_covector(space, (1.0, 2.0, 3.0)), np.eye(3))
+
+
+@pytest.mark.parametrize("space", SPACES, ids=repr)
+def test_progress_counts_rays_and_cancels(space):
+    origins, looks = np.tile(ORIGIN, (3000, 1)), np.tile(LOOK, (3000, 1))
+    progress = Progress()
+    trace_rays(space, origins, looks, progress=progress)
+    assert progress.done == 3000
+    progress.cancel()
+    with pytest.raises(Cancelled, match="0 of 3000 rays"):
+        trace_rays(space, origins, looks, progress=progress)
+    with pytest.raises(TypeError, match="Progress"):
+        trace_rays(space, origins, looks, progress=1)

@@ -28,13 +28,16 @@ bent_status bent_schwarzschild(double mass, bent_chart chart, bent_spacetime *ou
 bent_status bent_kerr(double mass, double spin, bent_spacetime *out, bent_error *error);
 bent_status bent_ellis(double throat_radius, bent_spacetime *out, bent_error *error);
 
-/* Nonzero when `position` lies outside every horizon, is finite, and a ray may start there. */
+/* Nonzero for flat space: Minkowski, and holes of mass 0. */
+int bent_spacetime_is_flat(const bent_spacetime *spacetime);
+/* Nonzero when `position` lies outside every horizon, is finite, and a ray may start there. In an Ellis
+ * wormhole that is every point but the origin: points closer than half the throat radius stand on the far side. */
 int bent_spacetime_contains(const bent_spacetime *spacetime, const double position[3]);
 /* Scene radius (in the chart) of the horizon or throat along the equator; 0 for flat space. */
 double bent_spacetime_core_radius(const bent_spacetime *spacetime);
 /* Local components of a flat-scene covector (e.g. a surface normal): local = matrix * covector, e_(a)^i d_i f with the
  * ZAMO tetrad written in scene axes. The identity up to a factor in the conformally flat charts. */
 void bent_local_from_covector(const bent_spacetime *spacetime, const double position[3], double matrix[3][3]);
-/* Lapse alpha of the ZAMO at `position`: the ratio of its clock to the one at infinity. */
+/* Lapse alpha of the ZAMO at `position`: the ratio of its clock to the one at infinity; 0 where no ray may start. */
 double bent_lapse(const bent_spacetime *spacetime, const double position[3]);
 #endif

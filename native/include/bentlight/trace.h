@@ -9,7 +9,7 @@
 #include "bentlight/spacetime.h"
 
 typedef enum bent_fate {
-  BENT_UNRESOLVED = 0, /* the wanted tolerance could not be met, e.g. on the critical curve */
+  BENT_UNRESOLVED = 0, /* nearer to the critical ray than double precision can tell: the error is over 0.1 radian */
   BENT_ESCAPED = 1,
   BENT_CAPTURED = 2,
   BENT_ESCAPED_FAR = 3, /* out on the far side of a wormhole */

@@ -114,6 +114,7 @@ def trace_rays(
     error: NDArray[np.float64],
     steps: NDArray[np.uint32],
     swept: NDArray[np.float64],
+    progress: Progress | None,
     /,
 ) -> None: ...
 def load_embree(paths: list[str]) -> None: ...

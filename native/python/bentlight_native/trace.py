@@ -16,6 +16,7 @@ def trace_rays(
     tolerance: float = 1e-8,
     *,
     route: str = "auto",
+    progress: _core.Progress | None = None,
 ) -> dict[str, NDArray]:
     """Trace light rays backwards from finite observers until they escape or fall into a hole.
 
@@ -27,11 +28,13 @@ def trace_rays(
         tolerance: wanted angular error of the result, radians. Rays near the critical one lose 1/|b/b_c - 1| of double
             precision whatever the tolerance; see ``"error"``.
         route: "auto", "endpoint" (separated integrals, declines what it cannot do) or "taylor" (Taylor arcs, anything).
+        progress: counts finished rays in ``done``; ``cancel()`` from another thread stops the call with ``Cancelled``.
 
     Returns:
         dict of arrays of n entries. ``"fate"`` uint8: index into ``FATES``. ``"direction"`` (n, 3) float64: asymptotic
         unit direction (fate 3: the angular position on the far side), NaN unless fate is 1 or 3. ``"error"`` float64:
-        estimated angular error, radians; NaN where the endpoint route declined. ``"steps"`` uint32: Taylor arcs, 0 on
+        estimated angular error, radians, at least half of the true one on every test ray; NaN where the endpoint route
+        declined. Rays whose error exceeds 0.1 (and the tolerance) are unresolved. ``"steps"`` uint32: Taylor arcs, 0 on
         the endpoint route. ``"swept"`` float64: angle swept about the center, radians, without frame dragging.
 
     Raises:
@@ -50,7 +53,9 @@ def trace_rays(
     error = np.empty(n)
     steps = np.empty(n, np.uint32)
     swept = np.empty(n)
-    _core.trace_rays(spacetime, origins, directions, tolerance, _ROUTES[route], fate, direction, error, steps, swept)
+    _core.trace_rays(
+        spacetime, origins, directions, tolerance, _ROUTES[route], fate, direction, error, steps, swept, progress
+    )
     return {"fate": fate, "direction": direction, "error": error, "steps": steps, "swept": swept}
 
 

@@ -1,18 +1,20 @@
 /* Module functions that trace rays to infinity or the horizon. Arrays are allocated by the numpy-facing wrapper. */
 #include "python.h"
 
-/* trace_rays(spacetime, origins, directions, tolerance, route, fate, direction, error, steps, swept) */
+/* trace_rays(spacetime, origins, directions, tolerance, route, fate, direction, error, steps, swept, progress) */
 static PyObject *trace_rays(PyObject *module, PyObject *args)
 {
   (void)module;
-  PyObject *object, *arrays[7];
+  PyObject *object, *arrays[7], *watcher;
   double tolerance;
   int route;
-  if (!PyArg_ParseTuple(args, "OOOdiOOOOO:trace_rays", &object, &arrays[0], &arrays[1], &tolerance, &route, &arrays[2],
-                        &arrays[3], &arrays[4], &arrays[5], &arrays[6]))
+  if (!PyArg_ParseTuple(args, "OOOdiOOOOOO:trace_rays", &object, &arrays[0], &arrays[1], &tolerance, &route, &arrays[2],
+                        &arrays[3], &arrays[4], &arrays[5], &arrays[6], &watcher))
     return NULL;
   const bent_spacetime *spacetime = spacetime_value(object);
-  if (!spacetime) return NULL;
+  int watched;
+  bent_progress *progress = progress_value(watcher, &watched);
+  if (!spacetime || !watched) return NULL;
   static const struct {
     const char *name;
     char format;
@@ -36,7 +38,7 @@ static PyObject *trace_rays(PyObject *module, PyObject *args)
   bent_status status;
   Py_BEGIN_ALLOW_THREADS
   status = bent_trace_rays(&value, (size_t)shape[0], buffer_data(&buffers[0]), buffer_data(&buffers[1]), tolerance,
-                           (bent_route)route, &out, NULL, &error);
+                           (bent_route)route, &out, progress, &error);
   Py_END_ALLOW_THREADS
   buffer_release_all(buffers, 7);
   if (status) return raise_error(&error);

@@ -16,7 +16,7 @@
  *
  * Everything is per lane: lanes that are over may be kept, refilled (arc_ray_copy_lane) or advanced by 0. Units: lengths
  * of the spacetime, G = c = 1; directions are local unit directions (bentlight/spacetime.h). Flat space, and holes of mass
- * 0, have no arcs: ask arc_is_straight first.
+ * 0, have no arcs: ask bent_spacetime_is_flat first.
  */
 #ifndef BENT_SPACETIME_ARC_H
 #define BENT_SPACETIME_ARC_H
@@ -55,13 +55,18 @@ typedef struct arc_ray {
   lanes swept;            /* length of the path of n on the unit sphere so far, radians, without frame dragging */
 } arc_ray;
 
-enum { ARC_ORDER_MAX = 20 };
-enum { ARC_W, ARC_NX, ARC_NY, ARC_NZ, ARC_DRAG, ARC_SERIES, ARC_SIDE = ARC_NX, ARC_RATE = ARC_NY };
-enum { ARC_SERIES_COUNT = ARC_SERIES };
+/* Orders to expand to: low ones are cheapest down to a tolerance of about 1e-9, below it high ones. */
+enum { ARC_ORDER_LOW = 12, ARC_ORDER_MAX = 20 };
+#define ARC_LOW_TOLERANCE 1e-9
+/* The truncation error to allow an arc of a ray, in units of the error wanted of the ray: it has 5 to 20 arcs. */
+#define ARC_SHARE 0.2
+
+/* The series of an arc: Schwarzschild has the first, Ellis w, side and rate (v), Kerr all five. */
+enum { ARC_W, ARC_NX, ARC_NY, ARC_NZ, ARC_DRAG, ARC_SERIES_COUNT, ARC_SIDE = ARC_NX, ARC_RATE = ARC_NY };
 
 /* Coefficients in the offset from the arc's beginning, in Mino time. Valid on [0, step]. */
 typedef struct arc {
-  int order; /* the same for all lanes: 12 or 20 */
+  int order; /* the same for all lanes */
   lanes series[ARC_SERIES_COUNT][ARC_ORDER_MAX + 1];
   lanes step;
   lanes_mask escapes, falls; /* after arc_land: the ray reaches infinity, the horizon, at offset `step` */
@@ -71,11 +76,6 @@ typedef struct arc {
 #define ARC_TURN_MAX 2.0
 /* An arc ends at this fraction of the horizon's w: frame dragging has a pole there, and no surface can stand beyond. */
 #define ARC_HORIZON (1 - 1e-7)
-
-LANES_INLINE int arc_is_straight(const bent_spacetime *s)
-{
-  return s->kind == BENT_MINKOWSKI || (s->kind != BENT_ELLIS && s->mass == 0);
-}
 
 LANES_INLINE arc_space arc_space_make(const bent_spacetime *s)
 {
@@ -176,7 +176,7 @@ LANES_INLINE void arc_launch(const arc_space *space, const lanes origin[3], cons
 }
 
 /* The Taylor series at the ray's state and the step that keeps the angular `tolerance` (radians, per arc; rays near the
- * critical one get what their conditioning asks for). order: 12, or 20 for tolerances below about 1e-9. */
+ * critical one get what their conditioning asks for). order: a constant up to ARC_ORDER_MAX. */
 LANES_INLINE void arc_expand_to(const arc_space *space, const arc_ray *ray, lanes tolerance, int order, arc *arc)
 {
   const lanes wanted = lanes_max(tolerance * ray->depth, lanes_all(3e-17));
@@ -188,7 +188,7 @@ LANES_INLINE void arc_expand_to(const arc_space *space, const arc_ray *ray, lane
 
 LANES_INLINE void arc_expand(const arc_space *space, const arc_ray *ray, lanes tolerance, arc *arc)
 {
-  arc_expand_to(space, ray, tolerance, 12, arc);
+  arc_expand_to(space, ray, tolerance, ARC_ORDER_LOW, arc);
 }
 
 /* The offset in [0, step] at which `series` reaches `level`, for lanes in `wanted`, which do cross it before the end, where

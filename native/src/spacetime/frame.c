@@ -35,7 +35,7 @@ int bent_spacetime_contains(const bent_spacetime *s, const double position[3])
   const vec3 x = v3_from(position);
   const double distance2 = v3_dot(x, x);
   if (!(distance2 <= 1e300)) return 0;
-  if (s->kind == BENT_MINKOWSKI || (s->kind != BENT_ELLIS && s->mass == 0)) return 1;
+  if (bent_spacetime_is_flat(s)) return 1;
   if (!(distance2 > 1e-300)) return 0;
   if (s->kind == BENT_ELLIS) return 1;
   const double core = bent_spacetime_core_radius(s);
@@ -49,7 +49,7 @@ double bent_lapse(const bent_spacetime *s, const double position[3])
 {
   const vec3 x = v3_from(position);
   if (!bent_spacetime_contains(s, position)) return 0;
-  if (s->kind == BENT_MINKOWSKI || s->kind == BENT_ELLIS || s->mass == 0) return 1;
+  if (s->kind == BENT_ELLIS || bent_spacetime_is_flat(s)) return 1;
   if (s->chart == BENT_CHART_ISOTROPIC) {
     const double radius = v3_length(x);
     return (radius - s->mass / 2) / (radius + s->mass / 2);
@@ -69,8 +69,7 @@ static void add_axis(double matrix[3][3], vec3 axis, double factor)
 void bent_local_from_covector(const bent_spacetime *s, const double position[3], double matrix[3][3])
 {
   memset(matrix, 0, sizeof(double[3][3]));
-  const int flat = s->kind == BENT_MINKOWSKI || s->kind == BENT_ELLIS || s->mass == 0;
-  if (flat || s->chart == BENT_CHART_ISOTROPIC || !bent_spacetime_contains(s, position)) {
+  if (bent_spacetime_is_flat(s) || s->chart == BENT_CHART_ISOTROPIC || !bent_spacetime_contains(s, position)) {
     for (int i = 0; i < 3; i++) matrix[i][i] = 1;
     return;
   }

@@ -3,7 +3,6 @@
 
 #include "spacetime/arc.h"
 
-#define ARC_SHARE 0.2
 #define ARCS_MAX 2000
 
 typedef struct path {
@@ -49,7 +48,7 @@ void BENT_KERNEL(bent_march_path)(const bent_spacetime *spacetime, const double 
   arc_launch(&space, from, look, &ray);
   double begin = 0;
   for (int arcs = 0; arcs < ARCS_MAX && path.done < n; arcs++) {
-    arc_expand_to(&space, &ray, lanes_all(ARC_SHARE * tolerance), tolerance < 1e-9 ? 20 : 12, &arc);
+    arc_expand_to(&space, &ray, lanes_all(ARC_SHARE * tolerance), ARC_ORDER_MAX, &arc);
     arc_land(&space, &ray, &arc);
     write_points(&space, &ray, &arc, begin, &path);
     if (lanes_any(arc.escapes | arc.falls) || !(arc.step[0] > 0)) break;

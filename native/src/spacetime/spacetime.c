@@ -36,6 +36,11 @@ bent_status bent_ellis(double throat_radius, bent_spacetime *out, bent_error *er
   return BENT_OK;
 }
 
+int bent_spacetime_is_flat(const bent_spacetime *s)
+{
+  return s->kind == BENT_MINKOWSKI || (s->kind != BENT_ELLIS && s->mass == 0);
+}
+
 double bent_spacetime_core_radius(const bent_spacetime *s)
 {
   switch (s->kind) {

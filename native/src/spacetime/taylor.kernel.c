@@ -8,11 +8,7 @@
 /* More arcs than any ray needs that double precision can resolve. */
 #define STEPS_MAX 2000
 /* Ended lanes wait until this many can be landed together, which costs as much as one. */
-#define LAND_TOGETHER 3
-/* Arcs of order 12 are the cheapest down to here, below it order 20. */
-#define LOW_ORDER_TOLERANCE 1e-9
-/* The truncation error per arc, in units of the wanted error: a ray has 5 to 20 arcs and their errors add up. */
-#define ARC_SHARE 0.2
+#define LAND_TOGETHER (LANES / 2)
 
 typedef struct march {
   arc_space space;
@@ -126,10 +122,10 @@ void BENT_KERNEL(bent_trace_taylor)(const bent_spacetime *spacetime, size_t n, c
   launch_more(&m);
   m.ray = m.ready; /* idle lanes hold valid numbers */
   refill(&m);
-  if (tolerance >= LOW_ORDER_TOLERANCE)
-    while (m.busy) march_arc(&m, 12);
+  if (tolerance >= ARC_LOW_TOLERANCE)
+    while (m.busy) march_arc(&m, ARC_ORDER_LOW);
   else
-    while (m.busy) march_arc(&m, 20);
+    while (m.busy) march_arc(&m, ARC_ORDER_MAX);
 }
 
 size_t BENT_KERNEL(bent_first_bad_ray)(const bent_spacetime *spacetime, size_t n, const double (*origins)[3],
@@ -140,7 +136,7 @@ size_t BENT_KERNEL(bent_first_bad_ray)(const bent_spacetime *spacetime, size_t n
   const int kerr = spacetime->kind == BENT_KERR, hole = kerr || spacetime->kind == BENT_SCHWARZSCHILD;
   const double across = hole && core > 0 ? 1 / (core * core) : 0;
   const double along = kerr && core > 0 ? 1 / (horizon * horizon) : across;
-  const int curved = !arc_is_straight(spacetime);
+  const int curved = !bent_spacetime_is_flat(spacetime);
   for (size_t first = 0; first < n; first += LANES) {
     lanes x[3], d[3];
     lanes_load_rows(origins, NULL, first, n, x);

@@ -8,7 +8,7 @@
 #include "spacetime/path.h"
 #include "spacetime/taylor.h"
 
-/* Rays between two looks at the cancel flag; their arrays fit the first-level cache's neighbor. */
+/* Rays between two looks at the cancel flag; their arrays stay in the second-level cache. */
 enum { BLOCK = 512 };
 
 static bent_status refuse(const bent_spacetime *spacetime, size_t at, const double origin[3], bent_error *error)
@@ -18,11 +18,6 @@ static bent_status refuse(const bent_spacetime *spacetime, size_t at, const doub
                      "origins: ray %zu starts at (%g, %g, %g), which is inside a horizon or not a finite point", at,
                      origin[0], origin[1], origin[2]);
   return bent_fail(error, BENT_ERROR_ARGUMENT, "directions: ray %zu has a direction that is zero or not finite", at);
-}
-
-static int is_straight(const bent_spacetime *s)
-{
-  return s->kind == BENT_MINKOWSKI || (s->kind != BENT_ELLIS && s->mass == 0);
 }
 
 static bent_status check(const bent_spacetime *spacetime, size_t n, const double (*origins)[3],
@@ -84,7 +79,7 @@ bent_status bent_trace_rays(const bent_spacetime *spacetime, size_t n, const dou
 {
   const bent_status status = check(spacetime, n, origins, directions, tolerance, error);
   if (status) return status;
-  const int straight = is_straight(spacetime);
+  const int straight = bent_spacetime_is_flat(spacetime);
   for (size_t first = 0; first < n; first += BLOCK) {
     if (progress && atomic_load_explicit(&progress->cancel, memory_order_relaxed))
       return bent_fail(error, BENT_CANCELLED, "tracing was cancelled after %zu of %zu rays", first, n);
@@ -108,7 +103,7 @@ bent_status bent_ray_path(const bent_spacetime *spacetime, const double origin[3
   for (size_t i = 0; i < n; i++)
     if (!(mino_times[i] >= (i ? mino_times[i - 1] : 0)))
       return bent_fail(error, BENT_ERROR_ARGUMENT, "mino_times: must not be negative, must ascend; entry %zu does not", i);
-  if (!is_straight(spacetime)) {
+  if (!bent_spacetime_is_flat(spacetime)) {
     BENT_CALL(bent_march_path)(spacetime, origin, direction, tolerance, n, mino_times, positions, directions, sides);
     return BENT_OK;
   }
