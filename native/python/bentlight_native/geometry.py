@@ -66,7 +66,8 @@ class GeometryMethods:
         """Place a mesh and return the instance's index.
 
         world_from_mesh: (4, 4) float64, any invertible affine matrix. materials: (k,) int32, one per slot; None for the
-        default grey. visibility: VISIBLE_* bits, and HOLDOUT for a hole in the picture. one_sided: emits and is seen on the side of the geometric normal only.
+        default gray. visibility: VISIBLE_* bits, and HOLDOUT for a hole in the picture. one_sided: emits and is seen on
+        the side of the geometric normal only.
         """
         return super().add_instance(mesh, world_from_mesh, materials, visibility, object_index, int(one_sided))
 
