@@ -182,11 +182,11 @@ static void report_stop(march *m, const outcome *out, int lane, const lanes dire
    * joined by diag(1, -1, 1)). */
   const lens *exit = &m->g->lenses[m->lens->exit];
   vec3 x = v3_normalize(mat4_point(&m->lens->spacetime_from_world, t->position)), d = lane_vec3(direction, lane);
-  if (m->ray.side[lane] >= 0) { /* else rounding has put it beyond, and arc_direction has done this */
+  if (m->ray.side[lane] >= 0) { /* else rounding has put it beyond, and arc_position and arc_direction have done this */
     d = v3_mad(x, -2 * v3_dot(d, x), d);
     d.y = -d.y;
+    x.y = -x.y;
   }
-  x.y = -x.y;
   x = v3_scale(x, 0.5 * exit->spacetime.throat_radius);
   t->position = mat4_point(&exit->world_from_spacetime, x);
   t->direction = v3_normalize(mat4_vector(&exit->world_from_spacetime, d));
