@@ -23,8 +23,10 @@ _POLL = 0.05  # seconds between looks at the user's wish to stop
 _STATUS_INTERVAL = 0.5  # seconds between status lines
 _TILE_SIZES = (64, 32, 16)
 _TILES_PER_THREAD = 8  # at least, so that no thread idles long at the end
-_FILTER_WIDTHS = 0.01, 10.0  # pixels, that the core takes; Blender lets users set any
+_FILTER_WIDTHS = 0.01, 30.0  # pixels, that the core takes; Blender lets users set any
 _PREVIEW_SAMPLES, _PREVIEW_BOUNCES = 16, 4
+# The whole support of a filter over Blender's filter size, as Cycles has it (intern/cycles/scene/film.cpp).
+_FILTER_SUPPORT = {"BLACKMAN_HARRIS": 2.0, "GAUSSIAN": 3.0, "BOX": 1.0}
 
 
 def render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> None:
@@ -83,7 +85,9 @@ def render_settings(
         transparent_bounces=user.transparent_bounces,
         tolerance=user.tolerance,
         filter=user.pixel_filter,
-        filter_width=min(max(render.filter_size, _FILTER_WIDTHS[0]), _FILTER_WIDTHS[1]),
+        filter_width=min(
+            max(_FILTER_SUPPORT[user.pixel_filter] * render.filter_size, _FILTER_WIDTHS[0]), _FILTER_WIDTHS[1]
+        ),
         film_transparent=render.film_transparent,
         clamp_indirect=user.clamp_indirect,
     )

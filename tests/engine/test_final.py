@@ -232,7 +232,7 @@ def test_settings_reach_the_native_renderer():
     assert (found.width, found.height, found.sample_count, found.seed) == (64, 48, 33, 5)
     assert {found.max_bounces, found.diffuse_bounces, found.glossy_bounces, found.transmission_bounces} == {7}
     assert (found.transparent_bounces, found.clamp_indirect, found.filter) == (3, 2.0, "GAUSSIAN")
-    assert (found.filter_width, found.film_transparent) == (2.0, True)
+    assert (found.filter_width, found.film_transparent) == (6.0, True)  # a Gaussian reaches three times as far
     assert found.tolerance == pytest.approx(1e-3)
     layer.samples = 9
     assert final.render_settings(scene, layer, is_preview=False).sample_count == 9

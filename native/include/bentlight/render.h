@@ -59,7 +59,7 @@ typedef struct bent_render_settings {
   uint32_t roulette_start;   /* bounces before Russian roulette may end a path */
   double tolerance;          /* wanted angular error of each ray, radians, in (0, 0.1]; see bent_scene_render_tile */
   bent_filter_kind filter;
-  double filter_width;       /* full width in pixels, in [0.01, 10] */
+  double filter_width;       /* full support in pixels, in [0.01, 30]; the box is always one pixel wide */
   int film_transparent;      /* the sky seen by the camera has alpha 0 and no color in `combined` */
   double clamp_indirect;     /* largest contribution (mean of RGB) of a path after its second scattering; 0: off */
   double alpha_threshold;    /* surfaces less opaque than this are not described by depth, position and normal */

@@ -38,7 +38,7 @@ class RenderSettings:
         scatters once and gathers emission only. transparent_bounces counts straight passes through surfaces.
     roulette_start: bounces before Russian roulette may end a path.
     tolerance: wanted angular error of every ray, in (0, 0.1]; a tenth of a pixel's angle is used if that is smaller.
-    filter: 'BLACKMAN_HARRIS', 'GAUSSIAN' or 'BOX' (one pixel wide); filter_width: its full width, pixels.
+    filter: 'BLACKMAN_HARRIS', 'GAUSSIAN' or 'BOX' (one pixel wide); filter_width: its full support, pixels.
     film_transparent: the sky that the camera sees has alpha 0 and no color in `combined`.
     clamp_indirect: largest contribution (mean of RGB) of a path after its second scattering; 0 is off.
     alpha_threshold: surfaces less opaque than this are passed over by depth, position and normal.
@@ -57,7 +57,7 @@ class RenderSettings:
     roulette_start: int = 3
     tolerance: float = 1e-4
     filter: str = "BLACKMAN_HARRIS"
-    filter_width: float = 1.5
+    filter_width: float = 3.0
     film_transparent: bool = False
     clamp_indirect: float = 0.0
     alpha_threshold: float = 0.5

@@ -14,7 +14,7 @@ bent_render_settings bent_render_settings_default(void)
 {
   return (bent_render_settings){.sample_count = 1, .max_bounces = 12, .diffuse_bounces = 4, .glossy_bounces = 4,
                                 .transmission_bounces = 12, .transparent_bounces = 8, .roulette_start = 3,
-                                .tolerance = 1e-4, .filter = BENT_FILTER_BLACKMAN_HARRIS, .filter_width = 1.5,
+                                .tolerance = 1e-4, .filter = BENT_FILTER_BLACKMAN_HARRIS, .filter_width = 3,
                                 .alpha_threshold = 0.5};
 }
 
@@ -35,8 +35,8 @@ static bent_status check(const bent_scene *scene, const bent_render_settings *s,
                      "render: sample_count must be at least 1 and first_sample + sample_count below 2^31");
   if (!(s->tolerance > 0 && s->tolerance <= 0.1))
     return bent_fail(error, BENT_ERROR_ARGUMENT, "render: tolerance must lie in (0, 0.1] radians, got %g", s->tolerance);
-  if (!(s->filter_width >= 0.01 && s->filter_width <= 10))
-    return bent_fail(error, BENT_ERROR_ARGUMENT, "render: filter_width must lie in [0.01, 10] pixels, got %g",
+  if (!(s->filter_width >= 0.01 && s->filter_width <= 30))
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "render: filter_width must lie in [0.01, 30] pixels, got %g",
                      s->filter_width);
   if (!(s->clamp_indirect >= 0))
     return bent_fail(error, BENT_ERROR_ARGUMENT, "render: clamp_indirect must not be negative, got %g",
