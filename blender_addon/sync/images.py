@@ -7,7 +7,7 @@ data or says otherwise.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,7 +28,7 @@ class ImageTable:
 
     def __init__(self) -> None:
         self.images: list[Pixels] = []
-        self._index: dict[str, int] = {}
+        self._index: dict[Any, int] = {}
 
     def index_of(self, image: Any, warn: Callable[[str], None]) -> int:
         """The index of a Blender image; reads it if it is new. Raises RenderError if it cannot be read."""
@@ -38,10 +38,12 @@ class ImageTable:
             self._index[key] = len(self.images) - 1
         return self._index[key]
 
-    def add(self, pixels: Pixels) -> int:
-        """The index of pixels that belong to no Blender image."""
-        self.images.append(pixels)
-        return len(self.images) - 1
+    def index_of_made(self, key: Hashable, make: Callable[[], Pixels]) -> int:
+        """The index of pixels that belong to no Blender image; makes them if `key` is new."""
+        if key not in self._index:
+            self.images.append(make())
+            self._index[key] = len(self.images) - 1
+        return self._index[key]
 
 
 def has_associated_alpha(image: Any) -> bool:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..images import has_associated_alpha
+from ..images import Pixels, has_associated_alpha
+from ..sky import Atmosphere, sky_image, sun_radiance
 from .compiler import NodeView, Outputs, value_node
 
 # What Cycles shows where an image is wanted and none is chosen.
@@ -83,6 +84,40 @@ def _environment_texture(node: NodeView) -> Outputs:
     index = node.compiler.images.index_of(settings.image, node.warn)
     immediates = (index, settings.interpolation, settings.projection)
     return {"Color": node.emit("environment", vector, immediates=immediates)}
+
+
+# Kinds of the Sky Texture that are computed as they are meant; the others get the same atmosphere.
+_SINGLE_SCATTERING = ("SINGLE_SCATTERING", "NISHITA")
+
+
+@value_node("ShaderNodeTexSky")
+def _sky_texture(node: NodeView) -> Outputs:
+    settings = node.node
+    if settings.sky_type not in _SINGLE_SCATTERING:
+        node.warn(f"the sky {settings.sky_type} is not supported yet; single scattering in clear air is used instead")
+    if settings.sky_type in ("PREETHAM", "HOSEK_WILKIE"):
+        direction = np.array(settings.sun_direction) / np.linalg.norm(settings.sun_direction)
+        air, elevation, azimuth = (0.0, 1.0, 1.0, 1.0), np.arcsin(direction[2]), np.arctan2(direction[1], direction[0])
+        has_disk = False
+    else:
+        haze = getattr(settings, "aerosol_density", None)  # "dust" before Blender 5.0
+        haze = settings.dust_density if haze is None else haze
+        air = (settings.altitude, settings.air_density, haze, settings.ozone_density)
+        elevation, azimuth = settings.sun_elevation, np.pi / 2 - settings.sun_rotation
+        has_disk = settings.sun_disc
+    atmosphere = Atmosphere(float(elevation), *air)
+    images = node.compiler.images
+    index = images.index_of_made((atmosphere, azimuth), lambda: Pixels(sky_image(atmosphere, azimuth), srgb=False))
+    vector = node.input("Vector", lambda: node.coordinate("POSITION"))
+    sky = node.emit("environment", vector, immediates=(index, "Linear", "EQUIRECTANGULAR"))
+    if not has_disk:
+        return {"Color": sky}
+    planar = np.cos(elevation)
+    sun = node.constant((planar * np.cos(azimuth), planar * np.sin(azimuth), np.sin(elevation)))
+    radiance = sun_radiance(atmosphere, settings.sun_size) * settings.sun_intensity
+    disk = node.emit("sun_disk", vector, sun, node.constant(settings.sun_size / 2))
+    disk = node.emit("multiply", disk, node.constant(radiance))
+    return {"Color": node.emit("blend", node.constant(1.0), sky, disk, immediates=("ADD",))}
 
 
 @value_node("ShaderNodeNormalMap")

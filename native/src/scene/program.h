@@ -77,6 +77,7 @@ void program_run(const program *program, program_context *context);
   OP(image, 2, 1, PER_POINT, image_index, NAMES(INTERPOLATIONS), NAMES(EXTENSIONS), NAMES(SWITCH)) /* straight alpha */ \
   OP(project, 1, 1, PURE, NAMES(PROJECTIONS)) /* vector -> image coordinates */                                        \
   OP(environment, 2, 1, PER_POINT, image_index, NAMES(INTERPOLATIONS), NAMES(ENVIRONMENT_PROJECTIONS))                 \
+  OP(sun_disk, 1, 3, PURE, NONE)     /* vector, direction of the sun, half its angle -> 1 in its middle, 0 outside */    \
   OP(emission, 0, 3, EMITS, NONE)    /* weight, color, strength */                                                     \
   OP(transparent, 0, 2, SEE_THROUGH, NONE) /* weight, color */                                                         \
   OP(diffuse, 0, 4, SCATTERS, NONE)  /* weight, color, roughness, normal */                                            \

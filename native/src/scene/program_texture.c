@@ -78,3 +78,12 @@ OPERATION(environment)
   }
   store(image_lookup(&context->images[immediates[0]], u, v, (interpolation)immediates[1], EXTEND_REPEAT, 0), out);
 }
+
+/* Darkened towards the limb as 1 - 0.6 (1 - cos) (a common fit for visible light). */
+OPERATION(sun_disk)
+{
+  UNUSED;
+  const vec3 a = *in[0], b = *in[1];
+  const double x = atan2(v3_length(v3_cross(a, b)), v3_dot(a, b)) / in[2]->x;
+  *out = v3_splat(x < 1 ? 1 - 0.6 * (1 - sqrt(1 - x * x)) : 0);
+}
