@@ -17,6 +17,8 @@
 enum { SET_CAMERA = 0, SET_VERTEX = 1, SETS_PER_VERTEX = 2 };
 /* A path of more surfaces than this is cut: see-through ones are not limited by the settings. */
 enum { VERTICES_MAX = 1 << 14 };
+/* Rays after a diffuse scattering are traced this much more coarsely: what they see is blurred over the hemisphere. */
+static const double DIFFUSE_COARSENESS = 10;
 static const float NO_DEPTH = 1e10f; /* as Cycles */
 
 bent_status path_block_new(path_block *out, int capacity, bent_error *error)
@@ -58,24 +60,34 @@ void tracer_init(tracer *t, const bent_scene *scene, const bent_render_settings 
   filter_init(&t->filter, s->filter, s->filter_width);
 }
 
-/* How far a hit may lie off its true ray: what the angle makes of the distance to the nearest spacetime object. */
-static double hit_tolerance(const tracer *t, vec3 origin)
+/* Distance to the center of the nearest spacetime object; 1 where there is none and no ray is bent. */
+static double distance_to_lens(const geometry *g, vec3 origin)
 {
-  const geometry *g = t->scene->geometry;
   double distance = INFINITY;
   for (size_t i = 0; i < g->lens_count; i++)
     if (!g->lenses[i].flat) distance = fmin(distance, v3_length(v3_sub(origin, g->lenses[i].center)));
-  return t->angle * (isfinite(distance) ? distance : 1);
+  return isfinite(distance) ? distance : 1;
 }
 
-/* Points `ray` from a surface (or the camera, surface NULL) into a direction that everything may be met in. */
+/* Points `ray`, whose visibility is set, away from a surface, or from the camera if that is NULL. */
 static void set_ray(const tracer *t, bent_ray *ray, vec3 origin, vec3 direction, const bent_hit *surface)
 {
   v3_to(ray->origin, origin);
   v3_to(ray->direction, direction);
-  ray->tolerance = hit_tolerance(t, origin);
+  ray->angular_tolerance = ray->visibility == BENT_VISIBLE_DIFFUSE ? DIFFUSE_COARSENESS * t->angle : t->angle;
+  ray->tolerance = ray->angular_tolerance * distance_to_lens(t->scene->geometry, origin);
   ray->source_instance = surface ? surface->instance : -1;
   ray->source_triangle = surface ? surface->triangle : -1;
+}
+
+/* Whether light can leave from a place: not from inside a horizon, nor from where rounding sees one. */
+static int can_leave(const tracer *t, vec3 origin)
+{
+  const lens *lens = geometry_lens_at(t->scene->geometry, origin);
+  if (!lens) return 1;
+  double local[3];
+  v3_to(local, mat4_point(&lens->spacetime_from_world, origin));
+  return bent_spacetime_contains(&lens->spacetime, local);
 }
 
 /* Starts a path; returns 0 if the camera has no ray there. */
@@ -90,13 +102,13 @@ static int start(const tracer *t, const pixel_sample *wanted, path *p, bent_ray 
   const double x = (wanted->x + 0.5 + filter_offset(&t->filter, u[0])) / s->width;
   const double y = (wanted->y + 0.5 + filter_offset(&t->filter, u[1])) / s->height;
   camera_ray camera;
-  if (!camera_cast(t->scene->camera, x, y, &camera)) {
+  if (!camera_cast(t->scene->camera, x, y, &camera) || !can_leave(t, camera.origin)) {
     record->value[CHANNEL_COMBINED][3] = 1; /* black and opaque, as Cycles */
     return 0;
   }
   *p = (path){.beta = {1, 1, 1}, .feature_beta = {1, 1, 1}, .alpha = 1, .pixel_key = key, .sample = wanted->sample,
               .depth_per_length = camera.depth_per_length};
-  *ray = (bent_ray){.angular_tolerance = t->angle, .length_min = camera.length_min, .length_max = camera.length_max,
+  *ray = (bent_ray){.length_min = camera.length_min, .length_max = camera.length_max,
                     .visibility = BENT_VISIBLE_CAMERA};
   set_ray(t, ray, camera.origin, camera.direction, NULL);
   return 1;
@@ -211,6 +223,7 @@ static int shade(const tracer *t, path *p, bent_ray *ray, const bent_hit *hit, s
   surface_at(t->scene, hit, &surface);
   if (p->vertex >= VERTICES_MAX) return 0;
   int goes_on = 1;
+  if (!can_leave(t, surface.point.position)) return 0;
   if (surface.see_through) {
     pass_through(t, p, ray, hit);
   } else if (p->last && !shading_may_be_transparent(t->scene->shading, surface.material)) {
