@@ -1,8 +1,9 @@
 """A clear sky as an image: sunlight scattered once by air and haze, absorbed by ozone.
 
 After Nishita et al., "Display of the Earth Taking into Account Atmospheric Scattering" (SIGGRAPH 1993), with the
-atmosphere of Blender's Sky Texture of the single-scattering kind, for 21 wavelengths. On average within 2 % of Cycles' own
-picture of it, everywhere within 6 % (10 % at the horizon at sunset, 12 % below the horizon). No bpy here. Lengths in meters.
+atmosphere of Blender's Sky Texture of the single-scattering kind, for 21 wavelengths. On average within 2 % of
+Cycles' own picture of it, everywhere within 6 % (10 % at the horizon at sunset, 12 % below the horizon). No bpy here.
+Lengths in meters.
 """
 
 from __future__ import annotations
