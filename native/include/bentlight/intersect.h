@@ -26,7 +26,9 @@ typedef struct bent_hit {
   int32_t sky;              /* if escaped: -1 the scene's own sky, else the wormhole object whose far sky it is */
 } bent_hit;
 
-/* rays and hits: n entries. The scene must be committed. Deterministic: a ray's answer depends on that ray alone. */
+/* rays and hits: n entries. The scene must be committed. Deterministic: a ray's answer depends on that ray alone. A ray
+ * that starts inside a horizon is an error, unless it leaves a surface there (rounding can put a hit just inside, and
+ * meshes may reach in): that one is captured. */
 bent_status bent_scene_intersect(const bent_scene *scene, size_t n, const bent_ray *rays, bent_hit *hits,
                                  bent_progress *progress, bent_error *error);
 #endif

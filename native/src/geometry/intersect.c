@@ -12,6 +12,14 @@ enum {
   LEGS_MAX = 64, /* a ray that goes to and fro between lenses for longer is unresolved */
 };
 
+static int is_inside_horizon(const lens *l, vec3 position)
+{
+  double at[3];
+  if (!l) return 0;
+  v3_to(at, mat4_point(&l->spacetime_from_world, position));
+  return !bent_spacetime_contains(&l->spacetime, at);
+}
+
 static bent_status check_ray(const geometry *g, size_t index, const bent_ray *ray, bent_error *error)
 {
   const vec3 o = v3_from(ray->origin), d = v3_from(ray->direction);
@@ -28,9 +36,7 @@ static bent_status check_ray(const geometry *g, size_t index, const bent_ray *ra
     return bent_fail(error, BENT_ERROR_ARGUMENT, "ray %zu: there is no triangle %d of instance %d", index,
                      ray->source_triangle, ray->source_instance);
   const lens *l = geometry_lens_at(g, o);
-  double at[3];
-  if (l) v3_to(at, mat4_point(&l->spacetime_from_world, o));
-  if (l && !bent_spacetime_contains(&l->spacetime, at))
+  if (ray->source_instance < 0 && is_inside_horizon(l, o))
     return bent_fail(error, BENT_ERROR_ARGUMENT, "ray %zu: starts inside the horizon of spacetime object %d", index,
                      (int)(l - g->lenses));
   return BENT_OK;
@@ -46,6 +52,11 @@ static void set_out(const geometry *g, const bent_ray *ray, traveler *t, bent_hi
   t->left = -1;
   t->leaving = ray->source_instance >= 0;
   t->legs = 0;
+  if (t->leaving && is_inside_horizon(l, t->position)) {
+    hit->fate = BENT_CAPTURED;
+    v3_to(hit->direction, v3(NAN, NAN, NAN));
+    t->leg = LEG_OVER;
+  }
 }
 
 /* The lens whose sphere a straight line enters first, and at what length; -1 and INFINITY if none. The line comes out of
