@@ -14,16 +14,12 @@ import common
 import numpy as np
 import room_schwarzschild
 
-MASS = 0.1
 SPINS = (0.2, 0.4, 0.6, 0.7, 0.8, 0.9)
 
 
 def build(spin: float = 0.9) -> bpy.types.Scene:
     """Makes the room with a hole of the given a/M in the current file and returns its scene."""
-    scene = room_schwarzschild.build()
-    hole = scene.objects["Black hole"]
-    hole.bentlight.spin = spin
-    return scene
+    return room_schwarzschild.build(spin)
 
 
 def contact_sheet(pictures: list[Path], output: Path, columns: int = 3, gap: int = 6) -> None:

@@ -17,13 +17,13 @@ MASS = 0.1
 CENTER = (0.0, 0.0, 1.65)
 
 
-def build() -> bpy.types.Scene:
-    """Makes the scene in the current file and returns it."""
+def build(spin: float = 0.0) -> bpy.types.Scene:
+    """Makes the scene in the current file and returns it. spin: a/M of the hole."""
     scene = common.new_scene(samples=128)
     scene.bentlight.max_bounces = 8
     build_room()
     build_furniture()
-    build_hole(MASS, 0.0)
+    build_hole(MASS, spin)
     objects.camera((0.3, -5.3, 2.0), (0.05, 0.0, 1.5), lens_mm=30)
     return scene
 
@@ -70,27 +70,29 @@ def build_hole(mass: float, spin: float) -> None:
     """The hole itself, and stones around it."""
     bpy.ops.bentlight.black_hole_add(mass=mass, spin=spin, location=CENTER)
     bpy.context.object.name = "Black hole"
-    build_stones(mass)
+    horizon = mass / 2 if spin == 0 else mass * math.hypot(1 + math.sqrt(1 - spin**2), spin)  # as drawn in the scene
+    build_stones(mass, horizon)
 
 
-def build_stones(mass: float, count: int = 42) -> None:
-    """A tilted ring of tetrahedra from 1.1 M to 2.9 M above the horizon (in the scene), in reproducible disorder."""
+def build_stones(mass: float, horizon: float, count: int = 150) -> None:
+    """A tilted ring of tetrahedra, many within 3 M of the horizon, the outermost at 8 M, in reproducible disorder."""
     random = np.random.default_rng(7)
     stones = [
         materials.principled("Pale stone", (0.85, 0.78, 0.66), roughness=0.7),
         materials.principled("Amber stone", (0.95, 0.45, 0.08), roughness=0.35),
     ]
     corners = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]) / math.sqrt(3)
-    tilt = math.radians(24)
+    tilt = math.radians(20)
     for i in range(count):
-        angle = 2 * math.pi * (i + random.uniform(-0.3, 0.3)) / count
-        radius = mass * random.uniform(1.6, 3.4)
-        x, y, z = radius * math.cos(angle), radius * math.sin(angle), mass * random.normal(0, 0.12)
+        angle = 2.4 * i  # the golden angle spreads them evenly
+        radius = horizon + mass * (1.0 + 7.0 * (i / count) ** 1.3)
+        x, y, z = radius * math.cos(angle), radius * math.sin(angle), mass * random.normal(0, 0.15)
         position = np.array((x * math.cos(tilt) - z * math.sin(tilt), y, x * math.sin(tilt) + z * math.cos(tilt)))
         turn, _ = np.linalg.qr(random.normal(size=(3, 3)))
         turn *= np.sign(np.linalg.det(turn))
-        vertices = corners @ turn.T * mass * random.uniform(0.15, 0.34) + position + CENTER
-        objects.add_mesh(f"Stone {i:02d}", vertices, [(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)], stones[i % 5 == 0])
+        vertices = corners @ turn.T * mass * random.uniform(0.18, 0.40) + position + CENTER
+        faces = [(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)]
+        objects.add_mesh(f"Stone {i:03d}", vertices, faces, stones[i % 5 == 0])
 
 
 if __name__ == "__main__":
