@@ -46,6 +46,7 @@ typedef struct arc_ray {
   lanes curl;             /* Q + L^2 (Kerr), L^2 (planar): |n'|^2 = curl + (sE n_z)^2 */
   lanes weight;           /* angle at infinity per error of w, about the impact parameter */
   lanes depth;            /* how far the ray keeps from the critical one, 0 to 1: errors grow like 1/depth */
+  lanes doubt;            /* angular error that rounding at launch brings, before division by depth, radians */
   lanes peak;             /* w where the radial barrier stands, the photon sphere of this ray; Ellis: the throat */
   lanes_mask doomed;      /* must fall through the horizon */
   lanes w, v;             /* 1/r and its rate dw/dlambda; Ellis: v = dchi/dlambda */
@@ -72,6 +73,8 @@ typedef struct arc {
   lanes_mask escapes, falls; /* after arc_land: the ray reaches infinity, the horizon, at offset `step` */
 } arc;
 
+/* Spacing of doubles at 1. */
+#define EPSILON 2.220446049250313e-16
 /* Longest turn of n in one arc, radians; a bound for chords, and no step may pass infinity twice. */
 #define ARC_TURN_MAX 2.0
 /* An arc ends at this fraction of the horizon's w: frame dragging has a pole there, and no surface can stand beyond. */
@@ -144,6 +147,14 @@ LANES_INLINE void arc_planar_basis(const arc_ray *ray, lanes offset, lanes n[3],
     n[k] = cosine * ray->n[k] + sine * ray->m[k];
     m[k] = cosine * ray->m[k] - sine * ray->n[k];
   }
+}
+
+/* Rounding of the direction moves the impact parameter b by eps r, and the angle of arrival by that times about
+ * size / (b^2 + size^2), where `size` is the length on which the object bends rays. */
+LANES_INLINE lanes arc_launch_doubt(const arc_ray *ray, double size)
+{
+  const lanes E2 = ray->energy * ray->energy, b2 = lanes_abs(ray->curl), size2 = size * size * E2;
+  return EPSILON * (1 + E2 * size / ((b2 + size2) * ray->w + 1e-300));
 }
 
 /* Fate and conditioning of a ray outside a hole, known at launch. w'^2 = P(w) has one barrier between infinity and the
@@ -273,13 +284,13 @@ LANES_INLINE void arc_asymptote(const arc_space *space, const arc_ray *ray, lane
 }
 
 /* Estimated angular error of the state, radians, from how far the invariants have drifted, times the ray's own
- * amplification 1/depth. `steps`: arcs so far; the rounding of their few operations adds up like a random walk. */
+ * amplification 1/depth, rounding at launch included. `steps`: arcs so far; the rounding of their few operations adds up like a random walk. */
 LANES_INLINE lanes arc_error(const arc_space *space, const arc_ray *ray, lanes steps)
 {
   lanes drift;
   if (space->kind == BENT_KERR) drift = kerr_drift(space, ray);
   else if (space->kind == BENT_ELLIS) drift = ellis_drift(space, ray);
   else drift = schwarzschild_drift(space, ray);
-  return (drift + 2.220446049250313e-16 * (4 + lanes_sqrt(steps))) / ray->depth;
+  return (drift + ray->doubt + EPSILON * (4 + lanes_sqrt(steps))) / ray->depth;
 }
 #endif

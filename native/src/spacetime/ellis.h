@@ -20,6 +20,7 @@ LANES_INLINE void ellis_launch(const arc_space *space, const lanes origin[3], co
   ray->energy = lanes_all(1);
   ray->v = rho * lanes_dot(direction, ray->n);
   ray->weight = lanes_sqrt(ray->curl + rho * rho) * (1 / rho);
+  ray->doubt = arc_launch_doubt(ray, rho);
   ray->peak = lanes_all(space->horizon);
   const lanes b = ray->momentum, barrier = (rho - b) * (rho + b) * (1 / (rho * rho));
   const lanes near = lanes_min(lanes_abs(ray->side) + lanes_abs(ray->v) * (1 / rho), lanes_all(1)); /* as in arc_judge */

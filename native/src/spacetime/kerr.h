@@ -108,6 +108,7 @@ LANES_INLINE void kerr_launch(const arc_space *space, const lanes origin[3], con
   ray->m[1] = p_theta * at.cos_theta * at.sin_phi + toward_phi * at.cos_phi;
   ray->m[2] = -p_theta * at.sin_theta;
   ray->drag = ray->swept = lanes_all(0);
+  ray->doubt = arc_launch_doubt(ray, 5 * M) + EPSILON / (1 - space->outer * w); /* the lapse loses digits too */
   kerr_find_barrier(space, ray);
 }
 

@@ -27,6 +27,7 @@ LANES_INLINE void schwarzschild_launch(const arc_space *space, const lanes origi
   ray->energy = lapse;
   ray->v = -lapse * lanes_dot(direction, ray->n);
   ray->weight = lanes_sqrt(ray->curl + M * M * lapse * lapse) / lapse;
+  ray->doubt = arc_launch_doubt(ray, 5 * M) + EPSILON / (lapse * lapse);
   ray->peak = lanes_all(1 / (3 * M));
   /* P(peak) = E^2 - L^2 / (27 M^2), written so that it keeps its digits near the photon sphere */
   const lanes x = ray->w - ray->peak, barrier = ray->v * ray->v - ray->curl * x * x * (1 + 2 * M * x);

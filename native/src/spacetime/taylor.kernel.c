@@ -9,6 +9,8 @@
 #define STEPS_MAX 2000
 /* Ended lanes wait until this many can be landed together, which costs as much as one. */
 #define LAND_TOGETHER (LANES / 2)
+/* Looser tolerances than this save nothing and would leave the fates to chance. */
+#define TOLERANCE_MAX 0.01
 
 typedef struct march {
   arc_space space;
@@ -84,7 +86,7 @@ LANES_INLINE void march_arc(march *m, int order)
 {
   arc arc;
   lanes end, slope;
-  arc_expand_to(&m->space, &m->ray, lanes_all(ARC_SHARE * m->tolerance), order, &arc);
+  arc_expand_to(&m->space, &m->ray, lanes_all(ARC_SHARE * fmin(m->tolerance, TOLERANCE_MAX)), order, &arc);
   series_with_slope(arc.series[ARC_W], order, arc.step, &end, &slope);
   const lanes bottom = lanes_all(m->space.kind == BENT_ELLIS ? INFINITY : m->space.horizon);
   const lanes_mask doomed = m->ray.doomed;
