@@ -245,6 +245,35 @@ static void test_render(void)
 }
 
 /* usage: bentlight_smoke [Embree's library] */
+static void test_tables(void)
+{
+  bent_error error = {0};
+  bent_table *table = NULL;
+  bent_table_error measured;
+  const bent_spacetime flat = bent_minkowski();
+  CHECK(refused(bent_table_new(&flat, &table, &error), BENT_ERROR_ARGUMENT, &error));
+  bent_table_free(NULL);
+  bent_spacetime kinds[2];
+  CHECK(bent_schwarzschild(1, BENT_CHART_ISOTROPIC, &kinds[0], &error) == BENT_OK);
+  CHECK(bent_ellis(1, &kinds[1], &error) == BENT_OK);
+  for (int k = 0; k < 2; k++) {
+    CHECK(bent_table_new(&kinds[k], &table, &error) == BENT_OK);
+    CHECK(refused(bent_table_measured(table, &measured, &error), BENT_ERROR_STATE, &error));
+    CHECK(refused(bent_table_build(table, 1, 0, NULL, &error), BENT_ERROR_ARGUMENT, &error));
+    CHECK(bent_table_build(table, 0, bent_table_rows(table), NULL, &error) == BENT_OK);
+    CHECK(bent_table_measured(table, &measured, &error) == BENT_OK);
+    CHECK(bent_table_total_one(table, 1e-3) > 3.2);
+    const double origin[1][3] = {{10, 0, 0}}, direction[1][3] = {{-1, 0.9, 0}};
+    double exits[1][3], outgoing[1][3];
+    uint8_t fate;
+    bent_table_trace(table, 1, origin, direction, &(bent_trace_result){.fate = &fate});
+    CHECK(fate == BENT_ESCAPED);
+    bent_table_cross(table, 1, origin, direction, &fate, exits, outgoing);
+    CHECK(fate == BENT_ESCAPED && isfinite(exits[0][0]) && isfinite(outgoing[0][0]));
+    bent_table_free(table);
+  }
+}
+
 int main(int argc, char **argv)
 {
   bent_error error = {0};
@@ -255,6 +284,7 @@ int main(int argc, char **argv)
   test_errors();
   test_spacetimes();
   test_rays();
+  test_tables();
   printf("smoke: %d checks passed\n", checks);
   return 0;
 }

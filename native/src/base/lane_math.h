@@ -43,7 +43,7 @@ LANES_INLINE lanes lanes_exp(lanes x)
   return (lanes)((lanes_mask)p + (__builtin_convertvector(k, lanes_mask) << 52));
 }
 
-/* Carlson's R_F(x, y, z) for x, y, z >= 0, at most one of them 0, each 0 or within 1e-100 .. 1e100: 5 ulp. Duplication
+/* Carlson's R_F(x, y, z) for x, y, z >= 0, at most one of them 0, each 0 or within 1e-100 .. 1e100: 6 ulp. Duplication
  * until the series of order 7 is exact (Carlson 1995, Numer. Algorithms 10, 13). A lane that has converged is frozen, so
  * that its value does not depend on its neighbors. */
 LANES_INLINE lanes lanes_rf(lanes x, lanes y, lanes z)

@@ -10,11 +10,10 @@
 #include "base/isa.h"
 #include "bentlight/trace.h"
 
-/* origins, directions, out: n entries as in bent_trace_rays; directions need not be normalised. Curved
- * spacetimes only. tolerance: wanted angular
- * error, radians; only Kerr saves time by it. Near the critical ray rounding alone exceeds any tolerance: such a ray is
- * answered while its fate is certain, with the error that it has. swept is NaN for captured rays. A ray's answer depends
- * on that ray alone. */
+/* Curved spacetimes only. origins, directions, out: n entries as in bent_trace_rays; directions need not be normalised.
+ * tolerance: wanted angular error, radians; only Kerr saves time by it. Near the critical ray rounding alone exceeds any
+ * tolerance: such a ray is answered while its fate is certain, with the error that it has. swept is NaN for captured rays,
+ * and in Kerr good to 1e-4 beyond the tolerance. A ray's answer depends on that ray alone. */
 BENT_DECLARE_KERNEL(void, bent_trace_endpoint,
                     (const bent_spacetime *spacetime, size_t n, const double (*origins)[3],
                      const double (*directions)[3], double tolerance, const bent_trace_result *out))

@@ -36,7 +36,8 @@ LANES_INLINE endpoint endpoint_ellis(double throat_radius, const aim *a)
   /* sine is known to about DBL_EPSILON through the cross product, cosine and p likewise; so b^2 - 1 is known to: */
   const lanes doubt = DBL_EPSILON * (4 + 1 / lanes_max(a->sine, lanes_all(DBL_MIN)));
   const lanes uncertain = lanes_select(c < 0.7, 2 * doubt * b * b, 4 * DBL_EPSILON * (lanes_abs(v) + lanes_abs(p)));
-  const lanes past = lanes_min(uncertain / distance, lanes_all(10)), on = doubt * f / lanes_max(v * v, p * p);
+  const lanes past = lanes_min(uncertain / distance + doubt * end.swept, lanes_all(10));
+  const lanes on = doubt * f / lanes_max(v * v, p * p);
   end.error = 4 * DBL_EPSILON * (1 + end.swept) + lanes_select(outward, lanes_min(on, past), past);
   const lanes_mask far = lanes_select(through, v, p) < 0, certain = lanes_abs(gap) > 4 * uncertain;
   /* Going outward the throat does not matter. */

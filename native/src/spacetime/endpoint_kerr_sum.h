@@ -25,15 +25,15 @@ LANES_INLINE void kerr_add_node(double spin, const kerr_task *task, lanes weight
 
 LANES_INLINE kerr_sums kerr_sum_barrier(double spin, const kerr_task *task, int rule)
 {
-  const lanes B = spin * spin * task->eta, e_c = lanes_exp(2 * task->center), inverse = 1 / e_c;
+  const lanes B = spin * spin * task->eta, e_c = lanes_exp(task->center), inverse = 1 / e_c;
   const lanes sinh_c = 0.5 * (e_c - inverse), cosh_c = 0.5 * (e_c + inverse);
   kerr_sums sums = {0};
   for (int i = 0; i < gauss_nodes[rule] / 2; i++) {
     const double *pair = gauss_pairs[gauss_first[rule] + i];
-    const lanes e = lanes_exp(2 * pair[0] * task->half), f = 1 / e;
-    const lanes even = 0.5 * (e + f) * cosh_c, odd = 0.5 * (e - f) * sinh_c;
+    const lanes e = lanes_exp(pair[0] * task->half), f = 1 / e;
+    const lanes even = 0.5 * (e + f) * sinh_c, odd = 0.5 * (e - f) * cosh_c;
     for (int side = -1; side <= 1; side += 2) {
-      const lanes u = task->origin - 0.5 * task->scale * (even + side * odd - 1);
+      const lanes sinh_s = even + side * odd, u = task->origin - task->scale * sinh_s * sinh_s;
       kerr_add_node(spin, task, lanes_all(2 * pair[1]), u, task->c0 + u * (task->c1 - B * u), &sums);
     }
   }
