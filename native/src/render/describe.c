@@ -2,7 +2,6 @@
 #include "render/describe.h"
 
 #include "render/bsdf.h"
-#include "scene/fresnel.h"
 #include "scene/scene.h"
 
 void record_vec3(sample_record *record, channel channel, vec3 value)

@@ -10,7 +10,6 @@
 #include "render/describe.h"
 #include "render/suns.h"
 #include "render/surface.h"
-#include "scene/fresnel.h"
 #include "scene/scene.h"
 
 /* Random sets of a path: the camera's, then two a vertex, of which the second is for sampling lights. */

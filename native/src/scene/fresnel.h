@@ -3,13 +3,8 @@
 #define BENT_SCENE_FRESNEL_H
 #include "scene/closure.h"
 
-static inline double saturate(double x) { return x > 0 ? (x < 1 ? x : 1) : 0; }
 static inline double squared(double x) { return x * x; }
 static inline vec3 v3_mix(vec3 a, vec3 b, double t) { return v3_mad(v3_sub(b, a), t, a); }
-static inline double v3_average(vec3 a) { return (a.x + a.y + a.z) / 3; }
-static inline double v3_max(vec3 a) { return fmax(a.x, fmax(a.y, a.z)); }
-static inline vec3 v3_splat(double x) { return v3(x, x, x); }
-static inline vec3 v3_saturate(vec3 a) { return v3(saturate(a.x), saturate(a.y), saturate(a.z)); }
 /* Negative and not finite components become 0. */
 static inline double positive(double x) { return x > 0 && x < INFINITY ? x : 0; }
 static inline vec3 v3_positive(vec3 a) { return v3(positive(a.x), positive(a.y), positive(a.z)); }
