@@ -14,6 +14,8 @@ import numpy as np
 
 from ..report import RenderError
 
+_INTEGER_FORMATS = ("PNG", "TIFF", "JPEG2000", "DPX", "CINEON")  # that may have 16 bits per channel
+
 
 class Pixels(NamedTuple):
     """(height, width, 4), rows from the bottom up, uint8 or float32; `srgb`: encoded by that curve. The arguments of
@@ -70,18 +72,34 @@ def image_pixels(image: Any, warn: Callable[[str], None]) -> Pixels:
         values = np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)
     if image.alpha_mode == "NONE":
         values[..., 3] = 1.0
-    return Pixels(values, srgb=False) if image.is_float else _byte_pixels(image, values, warn)
+    if not image.is_float:
+        return _byte_pixels(image, values, warn)
+    if image.file_format in _INTEGER_FORMATS and image.source == "FILE" and image.colorspace_settings.name == "sRGB":
+        return Pixels(_encoded(values), srgb=True)
+    return Pixels(values, srgb=False)
+
+
+def _encoded(values: np.ndarray) -> np.ndarray:
+    """Scene-linear pixels with associated alpha, back on the sRGB curve.
+
+    Those of 16 bits per channel: Blender holds them as linear floats, Cycles interpolates them as they are in the file.
+    """
+    alpha = values[..., 3:]
+    straight = np.maximum(values[..., :3] / np.where(alpha > 0, alpha, 1), 0)
+    curve = np.where(straight <= 0.0031308, 12.92 * straight, 1.055 * straight ** (1 / 2.4) - 0.055)
+    truncated = np.floor(curve * alpha * 65535) / 65535  # as Cycles does
+    color = np.where(alpha < 1, truncated, curve)
+    return np.concatenate([color, alpha], axis=-1).astype(np.float32)
 
 
 def _byte_pixels(image: Any, values: np.ndarray, warn: Callable[[str], None]) -> Pixels:
     space = image.colorspace_settings
     srgb = space.name == "sRGB"
-    if not (srgb or space.is_data or space.name in ("Linear Rec.709", "Linear")):
+    if not (srgb or space.is_data or space.name in ("Linear Rec.709", "Linear", "scene_linear")):
         warn(f"image '{image.name}': the color space '{space.name}' is not supported yet; sRGB is used instead")
         srgb = True
     pixels = np.rint(values * 255).astype(np.uint8)
-    if has_associated_alpha(
-        image
-    ):  # in memory Blender keeps bytes straight, whatever the file has; rounded as Cycles does
+    if has_associated_alpha(image):
+        # In memory Blender keeps bytes straight, whatever the file has. Rounded as Cycles does.
         pixels[..., :3] = pixels[..., :3].astype(np.uint16) * pixels[..., 3:] // 255
     return Pixels(pixels, srgb)

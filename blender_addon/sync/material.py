@@ -29,6 +29,7 @@ class Compiled(NamedTuple):
 
     program: Program
     warnings: list[str]
+    uv_maps: frozenset[str]  # that its nodes ask for by name
 
 
 def compile_material(material: Any, images: ImageTable) -> Compiled:
@@ -39,7 +40,7 @@ def compile_material(material: Any, images: ImageTable) -> Compiled:
         _viewport_surface(compiler, material)
     else:
         _compile_output(compiler, tree)
-    return Compiled(compiler.builder.build(), compiler.warnings)
+    return Compiled(compiler.builder.build(), compiler.warnings, frozenset(compiler.uv_maps))
 
 
 def compile_world(world: Any, images: ImageTable) -> Compiled:
@@ -51,7 +52,7 @@ def compile_world(world: Any, images: ImageTable) -> Compiled:
         compiler.emit("emission", constant(1.0), constant(tuple(world.color)), constant(1.0))
     else:
         _compile_output(compiler, tree)
-    return Compiled(compiler.builder.build(), compiler.warnings)
+    return Compiled(compiler.builder.build(), compiler.warnings, frozenset(compiler.uv_maps))
 
 
 def _luminance() -> tuple[float, float, float]:
@@ -90,6 +91,7 @@ class MaterialTable:
         self._reporter = reporter
         self._images = ImageTable()
         self._index: dict[str, int] = {}
+        self._uv_maps: dict[str, frozenset[str]] = {}
         self.materials: list[Program] = []
         self.world: Program | None = None
 
@@ -98,13 +100,23 @@ class MaterialTable:
         """What the core needs of each image."""
         return self._images.images
 
-    def index_of(self, material: Any) -> int:
-        """The index of a material; -1, the core's default gray, for None. Raises RenderError if an image is missing."""
+    def index_of(self, material: Any, uv_map: str | None = None) -> int:
+        """The index of a material; -1, the core's default gray, for None. Raises RenderError if an image is missing.
+
+        `uv_map` is the one that the core has of the mesh: a warning says if the material asks for another.
+        """
         if material is None:
             return -1
         key = material.name_full
         if key not in self._index:
-            self._index[key] = self._add(self._reported(compile_material(material, self._images)))
+            compiled = compile_material(material, self._images)
+            self._index[key] = self._add(self._reported(compiled))
+            self._uv_maps[key] = compiled.uv_maps
+        for name in self._uv_maps[key] - {uv_map} if uv_map else ():
+            self._reporter.warn(
+                f"Material '{material.name}': only the UV map active in render, '{uv_map}', is supported yet; "
+                f"it is used instead of '{name}'"
+            )
         return self._index[key]
 
     def emission(self, radiance: np.ndarray) -> int:

@@ -79,7 +79,9 @@ class _SceneReader:
             InstanceData(
                 mesh=index,
                 world_from_mesh=matrix,
-                materials=tuple(self._materials.index_of(m) for m in self._slots(obj, data_materials)),
+                materials=tuple(
+                    self._materials.index_of(m, _active_uv_map(obj)) for m in self._slots(obj, data_materials)
+                ),
                 visibility=self._visibility(obj, parent),
                 object_index=float(obj.pass_index),
             )
@@ -160,3 +162,9 @@ class _SceneReader:
         if obj.is_holdout or placed.holdout_get(view_layer=self._view_layer):
             bits |= Visibility.HOLDOUT
         return bits
+
+
+def _active_uv_map(obj: bpy.types.Object) -> str | None:
+    """Name of the one UV map that is read; None if there is none."""
+    layers = getattr(obj.data, "uv_layers", ())
+    return next((layer.name for layer in layers if layer.active_render), None)

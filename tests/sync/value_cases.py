@@ -3,6 +3,9 @@
 Each case builds nodes into a tree and returns the output socket to look at. `uv(tree)` is the input that varies.
 """
 
+import tempfile
+from pathlib import Path
+
 import bpy
 import numpy as np
 
@@ -170,7 +173,7 @@ def _add_ramp(interpolation, mode="RGB", hue="NEAR"):
         ramp.elements[1].color = (0.1, 0.3, 1.5, 1)
         ramp.elements[1].position = 0.8
         ramp.elements.new(0.33).color = (0.2, 0.8, 0.1, 0.6)
-        return new(tree, "MixRGB", {0: node.outputs[1], 1: node.outputs[0]}).outputs[0]
+        return new(tree, "MixRGB", {0: node.outputs[1], 2: node.outputs[0]}).outputs[0]
 
     CASES[f"ramp_{interpolation}_{mode}_{hue}"] = build
 
@@ -204,7 +207,7 @@ def _add_image(name, interpolation="Linear", extension="REPEAT", use_alpha=False
         node = new(tree, "TexImage", {0: vector}, **kind)
         if not use_alpha:
             return node.outputs[0]
-        return new(tree, "MixRGB", {0: node.outputs[1], 1: node.outputs[0]}).outputs[0]
+        return new(tree, "MixRGB", {0: node.outputs[1], 2: node.outputs[0]}).outputs[0]
 
     CASES[f"image_{name}"] = build
 
@@ -225,6 +228,37 @@ for mode in ("STRAIGHT", "PREMUL", "CHANNEL_PACKED", "NONE"):
         settings = {"alpha": True, "is_float": is_float, "space": space, "alpha_mode": mode}
         _add_image(f"{kind}_alpha_{mode}", **settings)
         _add_image(f"{kind}_alpha_{mode}_used", use_alpha=True, **settings)
+
+
+def _add_file(name, file_format, depth, space, alpha=False):
+    """An image that was saved to a file of its own and is read from there."""
+
+    def build(tree):
+        folder = Path(tempfile.mkdtemp())
+        source = noise_image(name, is_float=depth != "8", alpha=alpha, space="sRGB" if depth == "8" else "Non-Color")
+        scene = bpy.data.scenes.new("saving")
+        scene.view_settings.view_transform = "Raw"
+        settings = scene.render.image_settings
+        settings.file_format, settings.color_depth, settings.color_mode = file_format, depth, "RGBA" if alpha else "RGB"
+        path = folder / f"{name}{scene.render.file_extension}"
+        source.save_render(str(path), scene=scene)
+        image = bpy.data.images.load(str(path))
+        image.colorspace_settings.name = space
+        node = new(tree, "TexImage", {0: uv(tree)}, image=image)
+        return new(tree, "MixRGB", {0: node.outputs[1], 2: node.outputs[0]}).outputs[0]
+
+    CASES[f"file_{name}"] = build
+
+
+_add_file("png_8", "PNG", "8", "sRGB")
+_add_file("png_8_alpha", "PNG", "8", "sRGB", alpha=True)
+_add_file("png_16", "PNG", "16", "sRGB")
+_add_file("png_16_alpha", "PNG", "16", "sRGB", alpha=True)
+_add_file("png_16_data", "PNG", "16", "Non-Color")
+_add_file("exr", "OPEN_EXR", "32", "Linear Rec.709", alpha=True)
+_add_file("exr_rec2020", "OPEN_EXR", "32", "Linear Rec.2020")
+_add_file("tiff", "TIFF", "8", "sRGB")
+_add_file("hdr", "HDR", "32", "Linear Rec.709")
 
 
 @case

@@ -65,6 +65,7 @@ class Compiler:
     luminance: tuple[float, float, float] = LUMINANCE
     builder: ProgramBuilder = field(default_factory=ProgramBuilder)
     warnings: list[str] = field(default_factory=list)
+    uv_maps: set[str] = field(default_factory=set)  # that nodes ask for by name
     _values: dict[tuple, Outputs] = field(default_factory=dict)
     _entered: list[tuple] = field(default_factory=list)
 

@@ -33,13 +33,14 @@ def _object_coordinate(node: NodeView, target: object) -> int:
 
 @value_node("ShaderNodeUVMap")
 def _uv_map(node: NodeView) -> Outputs:
-    _only_active_uv_map(node)
+    _note_uv_map(node)
     return {"UV": node.coordinate("UV")}
 
 
-def _only_active_uv_map(node: NodeView) -> None:
+def _note_uv_map(node: NodeView) -> None:
+    """Meshes have one UV map here, the one active in render: who knows the mesh can tell whether it is this."""
     if node.node.uv_map:
-        node.warn(f"the UV map '{node.node.uv_map}' by name is not supported yet; the one active in render is used")
+        node.compiler.uv_maps.add(node.node.uv_map)
 
 
 @value_node("ShaderNodeMapping")
@@ -122,7 +123,7 @@ def _sky_texture(node: NodeView) -> Outputs:
 
 @value_node("ShaderNodeNormalMap")
 def _normal_map(node: NodeView) -> Outputs:
-    _only_active_uv_map(node)
+    _note_uv_map(node)
     return {
         "Normal": node.emit("normal_map", node.input("Strength"), node.input("Color"), immediates=(node.node.space,))
     }
