@@ -1,8 +1,8 @@
 """Speed and error of ``trace_rays``: every spacetime and route, ordinary rays and the named hard cases.
 
-    python tests/bench/bench_trace.py [--grid 256] [--repeat 7] [--yardstick kerr_yardstick.c]
+    python tests/bench/bench_trace.py [--grid 256] [--repeat 7] [--yardstick FILE.c]
 
-Prints Markdown. Errors are angles to the Taylor route at tolerance 1e-14. With the source of a yardstick program (it
+Prints Markdown. Errors are angles to the Taylor route at tolerance 1e-14. By a yardstick program, kerr_yardstick.c (it
 prints a table of ns/ray and 99th percentile errors) times are also given in units of Y, its time at error 2e-6; run on
 one core (``taskset -c 1``) for numbers worth comparing.
 """
@@ -114,7 +114,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--grid", type=int, default=256)
     parser.add_argument("--repeat", type=int, default=7)
-    parser.add_argument("--yardstick", type=Path)
+    parser.add_argument("--yardstick", type=Path, default=Path(__file__).with_name("kerr_yardstick.c"))
     options = parser.parse_args()
     unit = yardstick_time(options.yardstick) if options.yardstick else None
     print(f"Instruction set {instruction_set()}, {options.grid**2} rays" + (f", Y = {unit:.0f} ns" if unit else ""))
