@@ -5,7 +5,16 @@ import struct
 import numpy as np
 import OpenEXR
 import pytest
-from bentlight_native import DeflectionTable, ExrError, KerrMap, SampledTable, Spacetime, trace_rays
+from bentlight_native import (
+    Cancelled,
+    DeflectionTable,
+    ExrError,
+    KerrMap,
+    Progress,
+    SampledTable,
+    Spacetime,
+    trace_rays,
+)
 from bentlight_native.exr import read_exr, write_exr
 from bentlight_native.table import map_values
 from rays import angle_between
@@ -191,6 +200,15 @@ def test_kerr_map_files(tmp_path):
         KerrMap(Spacetime.schwarzschild(1.0), 12.0)
     with pytest.raises(ValueError, match="radius"):
         KerrMap(spacetime, 3.0)
+
+
+def test_kerr_map_progress_and_cancel():
+    progress = Progress()
+    KerrMap(Spacetime.kerr(1.0, 0.5), 12.0, (5, 8, 6), progress=progress)
+    assert progress.done == 5
+    progress.cancel()
+    with pytest.raises(Cancelled):
+        KerrMap(Spacetime.kerr(1.0, 0.5), 12.0, (5, 8, 6), progress=progress)
 
 
 def test_kerr_map_mirrors_the_south():

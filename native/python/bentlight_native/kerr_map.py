@@ -41,7 +41,7 @@ class KerrMap:
         spacetime: ``Spacetime.kerr``; mass and spin are read from it.
         radius: Boyer-Lindquist radius of the observers, outside the region where the shadow fills half the sky.
         shape: (polar angles, position angles, distances from the edge).
-        threads, progress: as in ``DeflectionTable``; ``progress.done`` is not counted here, ``cancel()`` is obeyed.
+        threads, progress: as in ``DeflectionTable``; ``progress.done`` counts polar angles.
 
     Attributes: ``edge`` (polar, position) float32, psi of the shadow's edge; ``direction`` (polar, position, distance,
     3) float32 at observer azimuth 0; ``error`` (polar - 1, position, distance - 1) float32, radians, measured in the
@@ -72,7 +72,10 @@ class KerrMap:
         def row(polar: float) -> tuple[NDArray, NDArray]:
             if progress is not None and progress.cancelled:
                 raise _core.Cancelled("building a Kerr map was cancelled")
-            return self._row(polar)
+            result = self._row(polar)
+            if progress is not None:
+                progress.advance(1)
+            return result
 
         with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
             rows = list(pool.map(row, self.polar))

@@ -25,11 +25,22 @@ static PyObject *cancel(PyObject *self, PyObject *unused)
   Py_RETURN_NONE;
 }
 
+static PyObject *advance(PyObject *self, PyObject *count)
+{
+  const unsigned long long units = PyLong_AsUnsignedLongLong(count);
+  if (units == (unsigned long long)-1 && PyErr_Occurred()) return NULL;
+  atomic_fetch_add(&((progress_object *)self)->progress.done, units);
+  Py_RETURN_NONE;
+}
+
 static PyGetSetDef getset[] = {
     {"done", get_done, NULL, "Units of work finished so far (rays, rows or samples, as the call says).", NULL},
     {"cancelled", get_cancelled, NULL, "Whether cancel() was called.", NULL},
     {0}};
-static PyMethodDef methods[] = {{"cancel", cancel, METH_NOARGS, "Ask the running call to stop soon."}, {0}};
+static PyMethodDef methods[] = {
+    {"cancel", cancel, METH_NOARGS, "Ask the running call to stop soon."},
+    {"advance", advance, METH_O, "advance(count)\n\nAdd to `done`: for work that is driven from Python."},
+    {0}};
 
 static void dealloc(PyObject *self)
 {

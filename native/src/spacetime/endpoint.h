@@ -10,7 +10,7 @@
 #include "base/isa.h"
 #include "bentlight/trace.h"
 
-/* Curved spacetimes only. origins, directions, out: n entries as in bent_trace_rays; directions need not be normalised.
+/* Curved spacetimes only. origins, directions, out: n entries as in bent_trace_rays; directions need not be normalized.
  * tolerance: wanted angular error, radians; only Kerr saves time by it. Near the critical ray rounding alone exceeds any
  * tolerance: such a ray is answered while its fate is certain, with the error that it has. swept is NaN for captured rays,
  * and in Kerr good to 1e-4 beyond the tolerance. A ray's answer depends on that ray alone. */
