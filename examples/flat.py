@@ -50,6 +50,7 @@ def match_cycles(scene: bpy.types.Scene) -> None:
     cycles.caustics_reflective = cycles.caustics_refractive = True
     cycles.use_light_tree = False
     cycles.pixel_filter_type = "BLACKMAN_HARRIS"
+    scene.world.cycles.sampling_method, scene.world.cycles.sample_map_resolution = "MANUAL", 64  # quick to build
 
 
 def image_texture() -> bpy.types.Material:

@@ -18,6 +18,7 @@ class Comparison:
     mean_a: np.ndarray  # (channels,) mean over all pixels and seeds
     mean_b: np.ndarray
     mean_z: np.ndarray  # (channels,) standard normal if the means are equal
+    precision: float  # standard error of the difference of the means, relative, of the worst channel
     block_z: np.ndarray  # (rows, columns, channels) standard normal each
     chi2_z: float  # the sum of all block_z^2, as a standard normal: large if the images differ anywhere
     outliers: float  # the share of single pixels beyond the 1 % point; 0.01 if equal, less if pixels have long tails
@@ -40,7 +41,7 @@ class Comparison:
     def __str__(self) -> str:
         ratio = np.array2string(self.mean_b / np.where(self.mean_a == 0, 1, self.mean_a), precision=4)
         return (
-            f"mean ratio {ratio}, mean z {np.array2string(self.mean_z, precision=1)}, "
+            f"mean ratio {ratio} +- {self.precision:.4f}, mean z {np.array2string(self.mean_z, precision=1)}, "
             f"chi2 z {self.chi2_z:.1f}, outliers {self.outliers:.4f}"
         )
 
@@ -60,10 +61,14 @@ def compare(a: np.ndarray, b: np.ndarray, block: int = 6) -> Comparison:
     block_z = welch_z(block_means(a, block), block_means(b, block))
     # The channels of a block are nearly the same number, so only their mean square enters, one degree of freedom each.
     squares = np.mean(block_z**2, axis=-1)
+    means_a, means_b = a.mean(axis=(1, 2)), b.mean(axis=(1, 2))
+    mean_a, mean_b = means_a.mean(axis=0), means_b.mean(axis=0)
+    error = np.sqrt(means_a.var(axis=0, ddof=1) / len(a) + means_b.var(axis=0, ddof=1) / len(b))
     return Comparison(
-        mean_a=a.mean(axis=(0, 1, 2)),
-        mean_b=b.mean(axis=(0, 1, 2)),
-        mean_z=welch_z(a.mean(axis=(1, 2)), b.mean(axis=(1, 2))),
+        mean_a=mean_a,
+        mean_b=mean_b,
+        mean_z=welch_z(means_a, means_b),
+        precision=float(np.max(error / np.maximum(mean_a, 1e-300))),
         block_z=block_z,
         chi2_z=chi2_to_normal(float(squares.sum()), squares.size),
         outliers=float(np.mean(np.abs(welch_z(a, b)) > 2.5758)),
