@@ -196,6 +196,7 @@ def noise_image(name, is_float, alpha, space, alpha_mode="STRAIGHT"):
     image.pixels.foreach_set(pixels.ravel())
     image.update()
     image.pack()
+    image.reload()  # so that memory holds what the packed file means by its alpha mode
     return image
 
 

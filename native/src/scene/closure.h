@@ -38,7 +38,7 @@ typedef struct closure {
   vec3 albedo;              /* estimate, with the weight, for this wo */
 } closure;
 
-enum { CLOSURE_MAX = 16 };
+enum { CLOSURE_MAX = 32 };
 
 typedef struct closure_set {
   int count;
