@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 import pytest
 from cycles_values import read_render
-from value_cases import new
+from value_cases import empty_tree, new
 
 from blender_addon.sync.images import ImageTable
 from blender_addon.sync.material import compile_material, compile_world
@@ -86,10 +86,7 @@ CASES = {
 
 def make_material(name):
     material = bpy.data.materials.new(name)
-    if material.node_tree is None:
-        material.use_nodes = True
-    tree = material.node_tree
-    tree.nodes.clear()
+    tree = empty_tree(material)
     shader = CASES[name][0](tree)
     new(tree, "OutputMaterial", {"Surface": shader.outputs[0]})
     return material
@@ -98,10 +95,7 @@ def make_material(name):
 def make_world():
     """Radiance 0.5 + 0.45 (x, y, z) of the direction, so that every lobe's direction matters."""
     world = bpy.data.worlds.new("directions")
-    if world.node_tree is None:
-        world.use_nodes = True
-    tree = world.node_tree
-    tree.nodes.clear()
+    tree = empty_tree(world)
     place = new(tree, "TexCoord").outputs["Generated"]
     inputs = {0: place, "Scale": (0.45, 0.45, 0.45), "Location": (0.5, 0.5, 0.5)}
     background = new(tree, "Background", {"Color": new(tree, "Mapping", inputs).outputs[0]})

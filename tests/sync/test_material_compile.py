@@ -4,7 +4,7 @@ import bentlight_native
 import bpy
 import numpy as np
 import pytest
-from value_cases import new
+from value_cases import empty_tree, new
 
 from blender_addon.report import RenderError, Reporter
 from blender_addon.sync.images import ImageTable, image_pixels
@@ -19,10 +19,7 @@ def empty_file():
 def make_material(build, name="Wall"):
     """A material whose surface is the shader or color output that `build(tree)` returns."""
     material = bpy.data.materials.new(name)
-    if material.node_tree is None:
-        material.use_nodes = True
-    tree = material.node_tree
-    tree.nodes.clear()
+    tree = empty_tree(material)
     new(tree, "OutputMaterial", {"Surface": build(tree)})
     return material
 

@@ -10,7 +10,7 @@ import mathutils
 import numpy as np
 import pytest
 from cycles_values import render_emission
-from value_cases import new
+from value_cases import empty_tree, new
 
 from blender_addon.sync.images import ImageTable
 from blender_addon.sync.material import compile_material
@@ -95,9 +95,7 @@ def rendered(tmp_path_factory):
     materials = []
     for name, build in CASES.items():
         material = bpy.data.materials.new(name)
-        if material.node_tree is None:
-            material.use_nodes = True
-        material.node_tree.nodes.clear()
+        empty_tree(material)
         emission = new(material.node_tree, "Emission", {"Color": build(material.node_tree)})
         new(material.node_tree, "OutputMaterial", {"Surface": emission.outputs[0]})
         materials.append(material)

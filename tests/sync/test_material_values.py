@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import pytest
 from cycles_values import render_rows
-from value_cases import CASES
+from value_cases import CASES, empty_tree
 
 from blender_addon.sync.images import ImageTable
 from blender_addon.sync.material import compile_material
@@ -19,10 +19,7 @@ ROUNDING = {"file_png_16_alpha": 2.28 / 65535}
 
 def emission_material(name, build):
     material = bpy.data.materials.new(name)
-    if material.node_tree is None:  # before Blender 5.0
-        material.use_nodes = True
-    tree = material.node_tree
-    tree.nodes.clear()
+    tree = empty_tree(material)
     emission = tree.nodes.new("ShaderNodeEmission")
     tree.links.new(build(tree), emission.inputs["Color"])
     output = tree.nodes.new("ShaderNodeOutputMaterial")

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import pytest
 from cycles_values import read_render
-from value_cases import new
+from value_cases import empty_tree, new
 
 from blender_addon.sync.images import ImageTable
 from blender_addon.sync.material import compile_world
@@ -17,10 +17,7 @@ WIDTH, HEIGHT = 48, 96
 
 def make_world(kind, **settings):
     world = bpy.data.worlds.new("sky")
-    if world.node_tree is None:
-        world.use_nodes = True
-    tree = world.node_tree
-    tree.nodes.clear()
+    tree = empty_tree(world)
     sky = new(tree, "TexSky", sky_type=kind, **settings)
     background = new(tree, "Background", {"Color": sky.outputs[0]})
     new(tree, "OutputWorld", {"Surface": background.outputs[0]})

@@ -6,7 +6,7 @@ import mathutils
 import numpy as np
 import pytest
 from cycles_values import read_render
-from value_cases import new
+from value_cases import empty_tree, new
 
 from blender_addon.sync.images import ImageTable
 from blender_addon.sync.material import compile_world
@@ -49,10 +49,7 @@ CASES = {
 
 def make_world(name, build):
     world = bpy.data.worlds.new(name)
-    if world.node_tree is None:
-        world.use_nodes = True
-    tree = world.node_tree
-    tree.nodes.clear()
+    tree = empty_tree(world)
     background = new(tree, "Background", {"Color": build(tree), "Strength": 1.7})
     new(tree, "OutputWorld", {"Surface": background.outputs[0]})
     return world

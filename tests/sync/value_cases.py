@@ -22,6 +22,14 @@ def case(function):
     return function
 
 
+def empty_tree(datablock):
+    """The node tree of a new material or world, without nodes."""
+    if datablock.node_tree is None:  # before Blender 5.0
+        datablock.use_nodes = True
+    datablock.node_tree.nodes.clear()
+    return datablock.node_tree
+
+
 def uv(tree):
     return new(tree, "UVMap").outputs["UV"]
 
