@@ -287,10 +287,10 @@ LANES_INLINE void arc_asymptote(const arc_space *space, const arc_ray *ray, lane
  * amplification 1/depth, rounding at launch included. `steps`: arcs so far; the rounding of their few operations adds up like a random walk. */
 LANES_INLINE lanes arc_error(const arc_space *space, const arc_ray *ray, lanes steps)
 {
-  lanes drift;
-  if (space->kind == BENT_KERR) drift = kerr_drift(space, ray);
+  lanes drift, drag = {0};
+  if (space->kind == BENT_KERR) drift = kerr_drift(space, ray), drag = kerr_drag_rounding(space, ray);
   else if (space->kind == BENT_ELLIS) drift = ellis_drift(space, ray);
   else drift = schwarzschild_drift(space, ray);
-  return (drift + ray->doubt + EPSILON * (4 + lanes_sqrt(steps))) / ray->depth;
+  return (drift + ray->doubt + EPSILON * (4 + lanes_sqrt(steps))) / ray->depth + drag;
 }
 #endif

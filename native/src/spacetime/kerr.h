@@ -207,6 +207,13 @@ LANES_INLINE void kerr_direction(const arc_space *space, const arc_ray *ray, con
   for (int k = 0; k < 3; k++) direction[k] = radial * er[k] + south * et[k] + east * ep[k];
 }
 
+/* Rounding of the drag angle of a ray that escapes: its rate is divided by 1 - r_plus w, worst at the barrier's top. */
+LANES_INLINE lanes kerr_drag_rounding(const arc_space *space, const arc_ray *ray)
+{
+  const lanes rounding = 32 * EPSILON * lanes_abs(ray->drag) / (1 - space->outer * ray->peak);
+  return lanes_select(ray->doomed, lanes_all(0), rounding);
+}
+
 LANES_INLINE lanes kerr_drift(const arc_space *space, const arc_ray *ray)
 {
   const double M = space->mass, s = space->spin, s2 = s * s;
