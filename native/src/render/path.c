@@ -200,8 +200,8 @@ static int scatter(const tracer *t, path *p, bent_ray *ray, const bent_hit *hit,
   return 1;
 }
 
-/* Whether the camera sees a hole in the picture here: black, and with a transparent film see-through (as Cycles). */
-static int is_hole(const tracer *t, path *p, const bent_hit *hit)
+/* Whether the camera meets a holdout here: black, and with a transparent film see-through (as Cycles). */
+static int is_holdout(const tracer *t, path *p, const bent_hit *hit)
 {
   if (p->bounces || !(t->scene->geometry->instances[hit->instance].visibility & BENT_HOLDOUT)) return 0;
   if (t->settings->film_transparent) p->alpha = 1 - v3_average(p->beta);
@@ -217,7 +217,7 @@ static int shade(const tracer *t, path *p, bent_ray *ray, const bent_hit *hit, s
     if (!p->described) record->value[CHANNEL_FATE][0] = hit->fate;
   }
   if (hit->fate == BENT_ESCAPED || hit->fate == BENT_ESCAPED_FAR) gather_sky(t, p, ray, hit, record);
-  if (hit->fate != BENT_HIT || is_hole(t, p, hit)) return 0;
+  if (hit->fate != BENT_HIT || is_holdout(t, p, hit)) return 0;
   surface surface;
   surface_at(t->scene, hit, &surface);
   if (p->vertex >= VERTICES_MAX) return 0;

@@ -1,12 +1,11 @@
-/* One tile of the picture: checks, the order of samples, and the film that gathers them. */
+/* One tile of the picture: checks, and the order of its samples. */
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "bentlight/render.h"
 #include "geometry/geometry.h"
 #include "render/camera.h"
-#include "render/channels.h"
+#include "render/film.h"
 #include "render/path.h"
 #include "scene/scene.h"
 
@@ -62,48 +61,9 @@ static bent_status check_camera(const bent_scene *scene, bent_error *error)
   return BENT_OK;
 }
 
-/* Samples are taken in strips of pixels, so that sums fit in the cache; within a strip sample by sample, so that a
- * cancelled call leaves an even picture. A pixel's samples are always added in ascending order. */
-enum { STRIP_PIXELS = 4096, BLOCK_SAMPLES = 1024 };
-
-typedef struct film {
-  const bent_channel *table;
-  float *const *channels;
-  uint32_t taken[STRIP_PIXELS];
-  double sums[STRIP_PIXELS][CHANNEL_COUNT][CHANNEL_COMPONENTS_MAX];
-} film;
-
-static void film_add(film *film, uint32_t pixel, const sample_record *record)
-{
-  const uint32_t taken = film->taken[pixel]++;
-  for (int c = 0; c < CHANNEL_COUNT; c++) {
-    if (!film->channels[c]) continue;
-    for (int k = 0; k < film->table[c].components; k++) {
-      double *sum = &film->sums[pixel][c][k];
-      const double value = record->value[c][k];
-      switch (film->table[c].reduction) {
-        case BENT_MEAN: *sum += value; break;
-        case BENT_MAX: *sum = fmax(*sum, value); break;
-        case BENT_FIRST: *sum = taken ? *sum : value; break;
-        case BENT_COUNT: *sum = taken + 1; break;
-      }
-    }
-  }
-}
-
-/* Writes a strip that begins with pixel number `first` of the tile. */
-static void film_write(const film *film, size_t first, uint32_t pixels)
-{
-  for (int c = 0; c < CHANNEL_COUNT; c++) {
-    if (!film->channels[c]) continue;
-    const int components = film->table[c].components;
-    for (uint32_t i = 0; i < pixels; i++) {
-      const double scale = film->table[c].reduction == BENT_MEAN && film->taken[i] ? 1.0 / film->taken[i] : 1;
-      float *out = film->channels[c] + (first + i) * (size_t)components;
-      for (int k = 0; k < components; k++) out[k] = (float)(film->sums[i][c][k] * scale);
-    }
-  }
-}
+/* Samples are taken in strips of pixels, as many as a film holds; within a strip sample by sample, so that a cancelled
+ * call leaves an even picture. */
+enum { BLOCK_SAMPLES = 1024 };
 
 /* Takes all samples of the strip of `pixels` pixels that begins with number `first` of the tile. */
 static bent_status render_strip(const tracer *t, film *film, path_block *block, const uint32_t tile[4], size_t first,
@@ -145,14 +105,11 @@ bent_status bent_scene_render_tile(const bent_scene *scene, uint32_t x, uint32_t
   film *film = malloc(sizeof *film);
   if (!film) status = bent_fail(error, BENT_ERROR_MEMORY, "render: out of memory");
   const size_t pixels = (size_t)width * height;
-  for (size_t first = 0; film && first < pixels; first += STRIP_PIXELS) {
-    const uint32_t count = (uint32_t)(pixels - first < STRIP_PIXELS ? pixels - first : STRIP_PIXELS);
-    memset(film, 0, sizeof *film);
-    size_t channel_count;
-    film->channels = channels, film->table = bent_render_channels(&channel_count);
-    if (!status)
-      status = render_strip(&t, film, &block, tile, first, count, statistics, progress, error);
-    film_write(film, first, count); /* after a cancel or an error too: what is done is valid, the rest is 0 */
+  for (size_t first = 0; film && first < pixels; first += FILM_PIXELS) {
+    const uint32_t count = (uint32_t)(pixels - first < FILM_PIXELS ? pixels - first : FILM_PIXELS);
+    film_clear(film);
+    if (!status) status = render_strip(&t, film, &block, tile, first, count, statistics, progress, error);
+    film_write(film, channels, first, count); /* after a cancel too: what is done is valid, the rest is 0 */
   }
   free(film);
   path_block_free(&block);

@@ -1,0 +1,18 @@
+/* The film gathers the samples of a strip of pixels, few enough for the sums to stay in the cache. */
+#ifndef BENT_RENDER_FILM_H
+#define BENT_RENDER_FILM_H
+#include "render/channels.h"
+
+enum { FILM_PIXELS = 4096 };
+
+typedef struct film {
+  uint32_t taken[FILM_PIXELS];
+  double sums[FILM_PIXELS][CHANNEL_COUNT][CHANNEL_COMPONENTS_MAX];
+} film;
+
+void film_clear(film *film);
+/* Adds one sample of a pixel. The caller adds a pixel's samples in ascending order, so that sums never differ in a bit. */
+void film_add(film *film, uint32_t pixel, const sample_record *record);
+/* Writes the first `pixels` pixels into the channels' arrays (NULL: not wanted), from their pixel number `first` on. */
+void film_write(const film *film, float *const channels[CHANNEL_COUNT], size_t first, uint32_t pixels);
+#endif
