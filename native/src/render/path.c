@@ -257,6 +257,22 @@ static void finish(const path *p, sample_record *record, bent_render_statistics 
   statistics->invalid += !valid;
 }
 
+/* Intersects the block's first `count` rays, some at a time: looks for a cancel in between. At the finest tolerances a
+ * curved ray takes thousands of chords, milliseconds. */
+static bent_status intersect(const tracer *t, path_block *block, int count, bent_progress *progress, bent_error *error)
+{
+  const int at_a_time = t->angle < 1e-6 ? 16 : 256;
+  for (int begin = 0; begin < count; begin += at_a_time) {
+    if (progress && atomic_load_explicit(&progress->cancel, memory_order_relaxed))
+      return bent_fail(error, BENT_CANCELLED, "render: cancelled");
+    const int n = count - begin < at_a_time ? count - begin : at_a_time;
+    const bent_status status =
+        bent_scene_intersect(t->scene, (size_t)n, block->rays + begin, block->hits + begin, NULL, error);
+    if (status) return status;
+  }
+  return BENT_OK;
+}
+
 bent_status path_trace(const tracer *t, path_block *block, int count, const pixel_sample *wanted,
                        bent_render_statistics *statistics, bent_progress *progress, bent_error *error)
 {
@@ -265,10 +281,7 @@ bent_status path_trace(const tracer *t, path_block *block, int count, const pixe
     if (start(t, &wanted[i], &block->paths[alive], &block->rays[alive], &block->records[i]))
       block->paths[alive++].record = i;
   while (alive > 0) {
-    if (progress && atomic_load_explicit(&progress->cancel, memory_order_relaxed))
-      return bent_fail(error, BENT_CANCELLED, "render: cancelled");
-    const bent_status status =
-        bent_scene_intersect(t->scene, (size_t)alive, block->rays, block->hits, NULL, error);
+    const bent_status status = intersect(t, block, alive, progress, error);
     if (status) return status;
     statistics->rays += (uint64_t)alive;
     int kept = 0;
