@@ -102,8 +102,11 @@ typedef struct bent_render_statistics {
  * result does not depend, to the last bit, on tiles, their order or threads; and merging two sample ranges by their
  * counts gives the range that spans both (to float rounding).
  *
- * Tolerance: rays are traced to `tolerance` radians, or a tenth of the central pixel's angle if that is smaller; a hit
- * may lie off its true ray by that angle times the distance from the ray's origin to the nearest spacetime object.
+ * Tolerance: rays are traced to `tolerance` radians, or a tenth of the central pixel's angle if that is smaller; after a
+ * diffuse scattering, which blurs what is seen, ten times more coarsely. Chords stay within that angle times the distance
+ * from the ray's origin to the nearest spacetime object of the true ray.
+ *
+ * Radiance is carried along rays as it is: no shift of frequency, and so no g^3, between emitter and camera.
  *
  * progress counts pixel samples. On BENT_CANCELLED the channels hold what was finished: the channel sample_count says
  * how many samples each pixel has (0: all its channels are 0). */

@@ -37,7 +37,8 @@ class RenderSettings:
     max_bounces: scatterings before the last one, in all and by kind of lobe, counted as Cycles does: at 0 a path
         scatters once and gathers emission only. transparent_bounces counts straight passes through surfaces.
     roulette_start: bounces before Russian roulette may end a path.
-    tolerance: wanted angular error of every ray, in (0, 0.1]; a tenth of a pixel's angle is used if that is smaller.
+    tolerance: wanted angular error of a ray, in (0, 0.1]; a tenth of a pixel's angle is used if that is smaller, and
+        ten times as much after a diffuse scattering.
     filter: 'BLACKMAN_HARRIS', 'GAUSSIAN' or 'BOX' (one pixel wide); filter_width: its full support, pixels.
     film_transparent: the sky that the camera sees has alpha 0 and no color in `combined`.
     clamp_indirect: largest contribution (mean of RGB) of a path after its second scattering; 0 is off.
