@@ -55,7 +55,7 @@ class DeflectionTable:
         threads: how many build it (a few milliseconds in all); None: one a processor.
         progress: a ``Progress``: ``done`` counts rows; ``cancel()`` stops the build with ``Cancelled``.
 
-    Errors against direct evaluation are in ``measured`` (total 2e-13, sweep 3e-9 rad).
+    Errors against direct evaluation are in ``measured`` (total 2e-13, sweep 4e-9 rad).
     """
 
     def __init__(

@@ -43,13 +43,13 @@ LANES_INLINE lanes outward_direct(const bent_table *table, lanes x, lanes y)
 
 /* Fitting -------------------------------------------------------------------------------------------------------- */
 
-/* Node k of `count` Chebyshev nodes on [-1, 1]. */
+/* Node k of `count` Chebyshev nodes on [-1, 1]; those beyond repeat them. */
 LANES_INLINE double chebyshev_node(int k, int count) { return cos(M_PI * (k + 0.5) / count); }
 
-/* values at the Chebyshev nodes, `stride` apart -> monomial coefficients in place. count <= TABLE_TERMS */
+/* values at the Chebyshev nodes, `stride` apart -> monomial coefficients in place. count <= TABLE_WIDTH */
 LANES_INLINE void fit(double *values, int stride, int count)
 {
-  double chebyshev[TABLE_TERMS], power[TABLE_TERMS][TABLE_TERMS] = {{0}}; /* power[j]: T_j in monomials */
+  double chebyshev[TABLE_WIDTH], power[TABLE_WIDTH][TABLE_WIDTH] = {{0}}; /* power[j]: T_j in monomials */
   for (int j = 0; j < count; j++) {
     double sum = 0;
     for (int k = 0; k < count; k++) sum += values[k * stride] * cos(M_PI * j * (k + 0.5) / count);
@@ -75,10 +75,10 @@ static void note_errors(const double *a, const double *b, size_t n, table_row_er
   error->count += n;
 }
 
-/* total at TABLE_TERMS deltas */
+/* total at TABLE_WIDTH deltas */
 static void total_direct_all(const bent_table *table, const double *deltas, double *out)
 {
-  for (int i = 0; i < TABLE_TERMS; i += LANES) {
+  for (int i = 0; i < TABLE_WIDTH; i += LANES) {
     lanes delta;
     memcpy(&delta, deltas + i, sizeof delta);
     const lanes total = total_direct(table, delta);
@@ -94,15 +94,15 @@ void BENT_KERNEL(table_fill_total)(bent_table *table, size_t side, size_t octave
   if (scale <= -1) return;
   for (int segment = 0; segment < TABLE_SEGMENTS; segment++) {
     double *row = table->total[side][octave * TABLE_SEGMENTS + segment];
-    double deltas[TABLE_TERMS], looked_up[TABLE_TERMS], direct[TABLE_TERMS];
+    double deltas[TABLE_WIDTH], looked_up[TABLE_WIDTH], direct[TABLE_WIDTH];
     const double middle = 1 + (segment + 0.5) / TABLE_SEGMENTS, half = 0.5 / TABLE_SEGMENTS;
-    for (int k = 0; k < TABLE_TERMS; k++) deltas[k] = scale * (middle + half * chebyshev_node(k, TABLE_TERMS));
+    for (int k = 0; k < TABLE_WIDTH; k++) deltas[k] = scale * (middle + half * chebyshev_node(k, TABLE_TERMS));
     total_direct_all(table, deltas, row);
     fit(row, 1, TABLE_TERMS);
-    for (int k = 0; k < TABLE_TERMS; k++) deltas[k] = scale * (middle + half * (2 * k + 1 - TABLE_TERMS) / TABLE_TERMS);
+    for (int k = 0; k < TABLE_WIDTH; k++) deltas[k] = scale * (middle + half * (2 * k + 1 - TABLE_WIDTH) / TABLE_WIDTH);
     total_direct_all(table, deltas, direct);
-    BENT_KERNEL(table_total)(table, TABLE_TERMS, deltas, looked_up);
-    note_errors(looked_up, direct, TABLE_TERMS, error);
+    BENT_KERNEL(table_total)(table, TABLE_WIDTH, deltas, looked_up);
+    note_errors(looked_up, direct, TABLE_WIDTH, error);
   }
 }
 
@@ -140,8 +140,8 @@ LANES_INLINE lanes total_lanes(const bent_table *table, lanes delta)
   int64_t index[LANES];
   const lanes_mask at = segment + below;
   memcpy(index, &at, sizeof at);
-  lanes angle = gather(table->total[0][0], TABLE_TERMS, index, TABLE_TERMS - 1);
-  for (int k = TABLE_TERMS - 2; k >= 0; k--) angle = angle * x + gather(table->total[0][0], TABLE_TERMS, index, k);
+  lanes angle = gather(table->total[0][0], TABLE_WIDTH, index, TABLE_TERMS - 1);
+  for (int k = TABLE_TERMS - 2; k >= 0; k--) angle = angle * x + gather(table->total[0][0], TABLE_WIDTH, index, k);
   const lanes_mask beyond = inside != size;
   if (lanes_any(beyond)) angle = lanes_select(beyond, total_beyond(table, size, angle), angle);
   const lanes_mask exists = (delta > (table->sides > 1 ? -1 : 0)) & (delta != 0) & lanes_is_finite(delta);
@@ -162,18 +162,18 @@ LANES_INLINE lanes outward_lanes(const bent_table *table, lanes x, lanes y)
   const double *cells = table->outward[0][0][0];
   lanes sum = {0};
   for (int m = TABLE_X_TERMS - 1; m >= 0; m--) {
-    const size_t first = (size_t)m * TABLE_TERMS, width = TABLE_X_TERMS * TABLE_TERMS;
-    lanes row = gather(cells, width, index, first + TABLE_TERMS - 1);
-    for (int k = TABLE_TERMS - 2; k >= 0; k--) row = row * t + gather(cells, width, index, first + k);
+    const size_t first = (size_t)m * TABLE_WIDTH, width = TABLE_X_TERMS * TABLE_WIDTH;
+    lanes row = gather(cells, width, index, first + TABLE_Y_TERMS - 1);
+    for (int k = TABLE_Y_TERMS - 2; k >= 0; k--) row = row * t + gather(cells, width, index, first + k);
     sum = sum * s + row;
   }
   return sum;
 }
 
-/* J, or as the table has it, at TABLE_TERMS cosines ys; times the sine if `swept`. */
+/* J, or as the table has it, at TABLE_WIDTH cosines ys; times the sine if `swept`. */
 static void outward_all(const bent_table *table, double x, const double *ys, int looked_up, int swept, double *out)
 {
-  for (int i = 0; i < TABLE_TERMS; i += LANES) {
+  for (int i = 0; i < TABLE_WIDTH; i += LANES) {
     lanes y;
     memcpy(&y, ys + i, sizeof y);
     lanes j = looked_up ? outward_lanes(table, lanes_all(x), y) : outward_direct(table, lanes_all(x), y);
@@ -187,21 +187,21 @@ void BENT_KERNEL(table_fill_outward)(bent_table *table, size_t x_cell, table_row
   *error = (table_row_error){0};
   const double width = (table->x_max - table->x_min) / TABLE_X_CELLS, x_low = table->x_min + width * (double)x_cell;
   for (int y_cell = 0; y_cell < TABLE_Y_CELLS; y_cell++) {
-    double(*cell)[TABLE_TERMS] = table->outward[x_cell][y_cell];
-    double ys[TABLE_TERMS], looked_up[TABLE_TERMS], direct[TABLE_TERMS];
-    for (int k = 0; k < TABLE_TERMS; k++) ys[k] = (y_cell + 0.5 + 0.5 * chebyshev_node(k, TABLE_TERMS)) / TABLE_Y_CELLS;
+    double(*cell)[TABLE_WIDTH] = table->outward[x_cell][y_cell];
+    double ys[TABLE_WIDTH], looked_up[TABLE_WIDTH], direct[TABLE_WIDTH];
+    for (int k = 0; k < TABLE_WIDTH; k++) ys[k] = (y_cell + 0.5 + 0.5 * chebyshev_node(k, TABLE_Y_TERMS)) / TABLE_Y_CELLS;
     for (int m = 0; m < TABLE_X_TERMS; m++) {
       const double x = x_low + width * (0.5 + 0.5 * chebyshev_node(m, TABLE_X_TERMS));
       outward_all(table, x, ys, 0, 0, cell[m]);
-      fit(cell[m], 1, TABLE_TERMS);
+      fit(cell[m], 1, TABLE_Y_TERMS);
     }
-    for (int k = 0; k < TABLE_TERMS; k++) fit(&cell[0][k], TABLE_TERMS, TABLE_X_TERMS);
-    for (int k = 0; k < TABLE_TERMS; k++) ys[k] = (y_cell + (k + 0.5) / TABLE_TERMS) / TABLE_Y_CELLS;
+    for (int k = 0; k < TABLE_Y_TERMS; k++) fit(&cell[0][k], TABLE_WIDTH, TABLE_X_TERMS);
+    for (int k = 0; k < TABLE_WIDTH; k++) ys[k] = (y_cell + (k + 0.5) / TABLE_WIDTH) / TABLE_Y_CELLS;
     for (int m = 0; m < TABLE_X_TERMS; m++) {
       const double x = x_low + width * (m + 0.5) / TABLE_X_TERMS;
       outward_all(table, x, ys, 0, 1, direct);
       outward_all(table, x, ys, 1, 1, looked_up);
-      note_errors(looked_up, direct, TABLE_TERMS, error);
+      note_errors(looked_up, direct, TABLE_WIDTH, error);
     }
   }
 }

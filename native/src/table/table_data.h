@@ -5,14 +5,15 @@
 #include "bentlight/table.h"
 
 enum {
-  TABLE_TERMS = 8,             /* coefficients of a polynomial of degree 7 */
+  TABLE_WIDTH = 8,             /* room for coefficients; arguments evaluated side by side: a multiple of LANES */
+  TABLE_TERMS = 8,             /* total: degree 7 */
   TABLE_EXPONENT_MIN = -44,    /* |delta| from 2^-44 ... */
   TABLE_EXPONENT_MAX = 20,     /* ... to 2^20 */
   TABLE_OCTAVES = TABLE_EXPONENT_MAX - TABLE_EXPONENT_MIN,
   TABLE_MANTISSA_BITS = 3,     /* each octave in 8 segments */
   TABLE_SEGMENTS = 1 << TABLE_MANTISSA_BITS,
-  TABLE_X_CELLS = 16, TABLE_X_TERMS = 6, /* position: degree 5 */
-  TABLE_Y_CELLS = 16,                    /* |cos psi| in [0, 1]: degree 7 */
+  TABLE_X_CELLS = 32, TABLE_X_TERMS = 5, /* position: degree 4 */
+  TABLE_Y_CELLS = 16, TABLE_Y_TERMS = 7, /* |cos psi| in [0, 1]: degree 6 */
   TABLE_ROWS_MAX = 2 * TABLE_OCTAVES + TABLE_X_CELLS
 };
 
@@ -24,8 +25,8 @@ typedef struct table_row_error {
 
 struct bent_table {
   /* [0]: delta > 0; [1]: delta < 0 (Ellis) */
-  _Alignas(64) double total[2][TABLE_OCTAVES * TABLE_SEGMENTS][TABLE_TERMS];
-  _Alignas(64) double outward[TABLE_X_CELLS][TABLE_Y_CELLS][TABLE_X_TERMS][TABLE_TERMS];
+  _Alignas(64) double total[2][TABLE_OCTAVES * TABLE_SEGMENTS][TABLE_WIDTH];
+  _Alignas(64) double outward[TABLE_X_CELLS][TABLE_Y_CELLS][TABLE_X_TERMS][TABLE_WIDTH];
   bent_spacetime spacetime;
   double x_min, x_max; /* position: M/r (Schwarzschild) or l/r (Ellis) */
   size_t sides;
