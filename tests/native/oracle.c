@@ -184,7 +184,7 @@ static int arrived(const space *s, const double x[3], double outer, double *room
   *room = r - core;
   if (R > outer) return ESCAPED;
   if (s->kind == ELLIS && R < core) return ESCAPED_FAR;
-  return *room < 1e-4 * core && s->kind != ELLIS ? CAPTURED : 0;
+  return *room < 1e-2 * core && s->kind != ELLIS ? CAPTURED : 0;
 }
 
 typedef struct polyline {
@@ -212,7 +212,7 @@ static int follow(const space *s, const double o[3], const double d[3], double o
     }
     derivative(s, &y, v0, a0);
     const double near = s->kind == KERR ? fmax(room, 0.02 * s->mass) : sqrt(dot(y.x, y.x));
-    const double length = fmin(PIECES * chord, 0.02 * near * (s->kind == KERR || s->kind == ELLIS ? 1 : fmin(1, 4 * room / near)));
+    const double length = fmin(PIECES * chord, 0.01 * near * (s->kind == KERR || s->kind == ELLIS ? 1 : fmin(1, 4 * room / near)));
     const double h = fmax(length, 1e-7) / sqrt(dot(v0, v0));
     const state before = y;
     runge_kutta(s, &y, h);

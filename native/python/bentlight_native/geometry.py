@@ -104,7 +104,7 @@ class GeometryMethods:
         directions: np.ndarray,
         tolerance: float = 1e-4,
         *,
-        angular_tolerance: float = 1e-6,
+        angular_tolerance: float = 1e-4,
         length_min: float = 0.0,
         length_max: float = math.inf,
         sources: np.ndarray | None = None,

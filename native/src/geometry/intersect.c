@@ -79,45 +79,66 @@ static int next_lens(const geometry *g, vec3 origin, vec3 direction, int left, d
   return next;
 }
 
-static void travel_flat(const geometry *g, const bent_ray *ray, traveler *t, bent_hit *hit)
-{
+/* What a ray in flat space meets: a surface, then the lens `next` at length `entry`. */
+typedef struct view {
+  int seen, next;
   double entry;
-  const int next = next_lens(g, t->position, t->direction, t->left, &entry);
-  const double near = fmax(ray->length_min - hit->length, 0), far = fmin(ray->length_max - hit->length, entry);
-  v3_to(hit->direction, t->direction);
-  const double length = far >= near ? flat_nearest(g, ray, t->position, t->direction, near, far, t->leaving, hit)
-                                    : INFINITY;
+  found found;
+} view;
+
+static view look(const geometry *g, const bent_ray *ray, const traveler *t, double length)
+{
+  view v;
+  v.next = next_lens(g, t->position, t->direction, t->left, &v.entry);
+  const double near = fmax(ray->length_min - length, 0), far = fmin(ray->length_max - length, v.entry);
+  v.seen = far >= near && flat_ask(g, ray, t->position, t->direction, near, far, t->leaving, &v.found);
+  return v;
+}
+
+static void go(const geometry *g, const view *v, traveler *t, bent_hit *hit)
+{
   t->leaving = 0;
-  if (length < INFINITY) {
+  v3_to(hit->direction, t->direction);
+  if (v->seen) {
     hit->fate = BENT_HIT;
-    hit->length += length;
+    hit->length += flat_land(g, &v->found, t->position, t->direction, hit);
     t->leg = LEG_OVER;
-  } else if (next < 0) {
+  } else if (v->next < 0) {
     hit->fate = BENT_ESCAPED;
     hit->length = INFINITY;
     t->leg = LEG_OVER;
   } else {
-    hit->length += entry;
-    t->position = v3_mad(t->direction, entry, t->position);
-    t->leg = next;
+    hit->length += v->entry;
+    t->position = v3_mad(t->direction, v->entry, t->position);
+    t->leg = v->next;
   }
+}
+
+/* The flat legs of a batch, in the order that geometry_query asks for. */
+static void travel_flat(const geometry *g, size_t n, const uint32_t *index, const bent_ray *rays, traveler *travelers,
+                        bent_hit *hits)
+{
+  view views[BATCH];
+  for (size_t k = 0; k < n; k++)
+    views[k] = look(g, &rays[index[k]], &travelers[index[k]], hits[index[k]].length);
+  for (size_t k = 0; k < n; k++)
+    if (views[k].seen) found_fetch(g, &views[k].found);
+  for (size_t k = 0; k < n; k++) go(g, &views[k], &travelers[index[k]], &hits[index[k]]);
 }
 
 /* One leg of every ray of the batch that is still on its way; returns how many then are. */
 static size_t travel(const geometry *g, size_t n, const bent_ray *rays, traveler *travelers, bent_hit *hits)
 {
   uint32_t index[BATCH];
-  for (size_t i = 0; i < n; i++) {
-    traveler *t = &travelers[i];
-    if (t->leg == LEG_OVER) continue;
-    if (t->legs++ == LEGS_MAX) hits[i].fate = BENT_UNRESOLVED, t->leg = LEG_OVER;
-    if (t->leg == LEG_FLAT) travel_flat(g, &rays[i], t, &hits[i]);
-  }
-  for (size_t l = 0; l < g->lens_count; l++) {
+  for (size_t i = 0; i < n; i++)
+    if (travelers[i].leg != LEG_OVER && travelers[i].legs++ == LEGS_MAX)
+      hits[i].fate = BENT_UNRESOLVED, travelers[i].leg = LEG_OVER;
+  for (int leg = LEG_FLAT; leg < (int)g->lens_count; leg++) {
     size_t count = 0;
     for (size_t i = 0; i < n; i++)
-      if (travelers[i].leg == (int)l) index[count++] = (uint32_t)i;
-    if (count) BENT_CALL(bent_travel_curved)(g, (int)l, count, index, rays, travelers, hits);
+      if (travelers[i].leg == leg) index[count++] = (uint32_t)i;
+    if (count && leg == LEG_FLAT) travel_flat(g, count, index, rays, travelers, hits);
+    else if (count) BENT_CALL(bent_travel_curved)(g, leg, count, index, rays, travelers, hits);
   }
   size_t left = 0;
   for (size_t i = 0; i < n; i++) left += travelers[i].leg != LEG_OVER;

@@ -7,8 +7,9 @@
 #define BENT_GEOMETRY_LANDING_H
 #include "geometry/march.h"
 
-/* Secant steps: from a chord's error of 1e-3 they reach rounding. */
-#define SECANT_STEPS 4
+/* Secant steps at most; a lane stops when it moves by no more than this fraction of its offset. */
+#define SECANT_STEPS 12
+#define SECANT_CHANGE 1e-12
 /* A point this far outside its triangle, in barycentric terms, has another triangle looked for. */
 #define OUTSIDE_MAX 1e-9
 #define REFINEMENTS_MAX 3
@@ -41,12 +42,16 @@ LANES_INLINE lanes plane_crossing(const march *m, const arc *arc, const planes *
   lanes w, x0 = guess, x1, f0 = plane_value(m, arc, p, x0, &w);
   const lanes margin = 0.5 * (high - low), lowest = lanes_max(low - margin, lanes_all(0)), highest = high + margin;
   x1 = x0 - f0 * (high - low) / (w * rise);
+  lanes_mask moving = lanes_mask_all(1);
   for (int i = 1; i < SECANT_STEPS; i++) {
     x1 = lanes_min(lanes_max(x1, lowest), highest);
     const lanes f1 = plane_value(m, arc, p, x1, &w), slope = (f1 - f0) / (x1 - x0);
     const lanes x2 = x1 - f1 / slope;
+    moving &= (x2 >= lowest) & (x2 <= highest); /* lanes stop on their own, so that their neighbors do not matter */
     x0 = x1, f0 = f1;
-    x1 = lanes_select((x2 >= lowest) & (x2 <= highest), x2, x1);
+    x1 = lanes_select(moving, x2, x1);
+    moving &= lanes_abs(x1 - x0) > SECANT_CHANGE * highest;
+    if (!lanes_any(moving)) break;
   }
   return x1;
 }
@@ -80,18 +85,18 @@ static unsigned look_again(const march *m, const arc *arc, unsigned again, lanes
 }
 
 /* One lane's hit: its triangle and point. Returns nonzero if the arc meets the plane outside the triangle. */
-static int settle(march *m, const outcome *out, int lane, int met, vec3 point)
+static int settle(march *m, const outcome *out, const triangle *t, int lane, int met, vec3 point)
 {
   bent_hit *hit = &m->hits[m->target[lane]];
   const found *f = &out->found[lane];
   double b[2] = {f->b[0], f->b[1]};
-  if (met) triangle_barycentric(&f->plane, point, b);
+  if (met) triangle_barycentric(t, point, b);
   const int outside = !(barycentric_outside(b) <= OUTSIDE_MAX);
   if (!(barycentric_outside(b) < 0.5)) b[0] = f->b[0], b[1] = f->b[1]; /* edge-on: the chord's own point stands */
   barycentric_clamp(b);
   hit->instance = f->instance, hit->triangle = f->triangle;
   hit->barycentric[0] = b[0], hit->barycentric[1] = b[1];
-  const vec3 position = triangle_point(&f->plane, b);
+  const vec3 position = triangle_point(t, b);
   v3_to(hit->position, position);
   hit->length = out->from[lane] + v3_length(v3_sub(position, lane_vec3(out->begin, lane)));
   return outside;
@@ -101,15 +106,18 @@ static int settle(march *m, const outcome *out, int lane, int met, vec3 point)
 LANES_INLINE void land_hits(march *m, const arc *arc, lanes_mask leaving, outcome *out)
 {
   planes p = {0};
+  triangle t[LANES];
   unsigned todo = out->hit;
   const unsigned first_chord = lanes_bits(leaving);
   double part = 1.0 / 16;
   for (int round = 0; todo; round++) {
     lanes guess = out->low, rise = lanes_all(1), point[3];
+    for (unsigned left = todo; left; left &= left - 1) found_fetch(m->g, &out->found[__builtin_ctz(left)]);
     for (unsigned left = todo; left; left &= left - 1) {
       const int lane = __builtin_ctz(left);
       const found *f = &out->found[lane];
-      set_plane(m, lane, &f->plane, &p);
+      t[lane] = triangle_of(m->g, f->instance, f->triangle);
+      set_plane(m, lane, &t[lane], &p);
       guess[lane] += fmin(fmax(f->at, 0), 1) * (out->high[lane] - out->low[lane]);
       const vec3 span = mat4_vector(&m->lens->spacetime_from_world, lane_vec3(out->span, lane));
       rise[lane] = v3_dot(lane_vec3(p.normal, lane), span);
@@ -121,7 +129,7 @@ LANES_INLINE void land_hits(march *m, const arc *arc, lanes_mask leaving, outcom
     unsigned again = 0;
     for (unsigned left = todo; left; left &= left - 1) {
       const int lane = __builtin_ctz(left);
-      if (settle(m, out, lane, met[lane] != 0, lane_vec3(point, lane))) again |= 1u << lane;
+      if (settle(m, out, &t[lane], lane, met[lane] != 0, lane_vec3(point, lane))) again |= 1u << lane;
       out->offset[lane] = offset[lane];
     }
     again &= ~first_chord;

@@ -16,6 +16,7 @@ static const double EARLY = 4, INSIDE = 8;
 
 /* What is known of the start of a leaving ray. */
 typedef struct start {
+  const geometry *g;
   vec3 point, normal; /* of the source triangle */
   double rounding;    /* how far off Embree may see it, world units */
 } start;
@@ -43,12 +44,12 @@ static vec3 pull_inside(const triangle *t, vec3 origin, double rounding)
 static start start_of(const geometry *g, const query *q)
 {
   const bent_ray *ray = q->leaving;
-  if (!ray) return (start){.point = q->start};
+  if (!ray) return (start){g, .point = q->start};
   const instance *i = &g->instances[ray->source_instance];
   const double coordinate = fmax(fabs(q->start.x), fmax(fabs(q->start.y), fabs(q->start.z)));
   const double rounding = i->float_error_offset + i->float_error_scale * coordinate;
   const triangle t = triangle_of(g, ray->source_instance, ray->source_triangle);
-  return (start){pull_inside(&t, q->start, rounding), v3_normalize(t.normal), rounding};
+  return (start){g, pull_inside(&t, q->start, rounding), v3_normalize(t.normal), rounding};
 }
 
 /* Whether a triangle so near that Embree cannot tell is met by the ray that starts at q->start towards q->departure. */
@@ -73,9 +74,10 @@ static int is_passed_over(const found *f, const query *q, const start *s, double
   const bent_ray *ray = q->leaving;
   if (!ray) return 0;
   if (f->instance == ray->source_instance && f->triangle == ray->source_triangle) return 1;
-  const double cosine = fabs(v3_dot(f->plane.normal, q->span)) / (span * v3_length(f->plane.normal));
+  const triangle t = triangle_of(s->g, f->instance, f->triangle);
+  const double cosine = fabs(v3_dot(t.normal, q->span)) / (span * v3_length(t.normal));
   const int in_doubt = f->at * span * cosine <= 2 * INSIDE * s->rounding;
-  return in_doubt && !is_met(&f->plane, q, s);
+  return in_doubt && !is_met(&t, q, s);
 }
 
 int geometry_query(const geometry *g, const query *q, found *out)
@@ -97,7 +99,8 @@ int geometry_query(const geometry *g, const query *q, found *out)
     e->intersect1(g->top, &ray, NULL);
     if (ray.geometry == EMBREE_INVALID) return 0;
     *out = (found){.instance = (int)ray.instance, .triangle = (int)ray.triangle, .at = ray.far - early,
-                   .b = {ray.u, ray.v}, .plane = triangle_of(g, (int)ray.instance, (int)ray.triangle)};
+                   .b = {ray.u, ray.v}};
+    __builtin_prefetch(g->meshes[g->instances[ray.instance].mesh].triangles[ray.triangle]);
     if (!is_passed_over(out, q, &s, span)) return 1;
     from = nextafterf(ray.far, INFINITY);
   }

@@ -54,11 +54,19 @@ typedef struct query {
 
 typedef struct found {
   int instance, triangle;
-  triangle plane;
   double at;   /* s of the hit, as Embree sees it */
   double b[2]; /* barycentric weights, as Embree sees them */
 } found;
 
-/* The nearest hit of the piece; 0 if there is none. */
+/* The nearest hit of the piece; 0 if there is none. The triangle's data are on their way into the cache when this returns:
+ * they are as likely as not in main memory, which takes as long as a short query. So ask for several rays first, then
+ * fetch for all, then use them. */
 int geometry_query(const geometry *g, const query *q, found *out);
+
+/* The second half of the way: the triangle's vertices, which its indices lead to. */
+static inline void found_fetch(const geometry *g, const found *f)
+{
+  const mesh *m = &g->meshes[g->instances[f->instance].mesh];
+  for (int corner = 0; corner < 3; corner++) __builtin_prefetch(m->vertices[m->triangles[f->triangle][corner]]);
+}
 #endif
