@@ -14,6 +14,7 @@ def _add_empty(context: bpy.types.Context, name: str, location: tuple[float, flo
 
 def _select_only(context: bpy.types.Context, objects: list[bpy.types.Object]) -> None:
     """Selects the objects and makes the first one active; objects in hidden collections cannot be."""
+    context.view_layer.update()  # so that it knows the new objects
     for obj in context.view_layer.objects:
         obj.select_set(False)
     for obj in objects:

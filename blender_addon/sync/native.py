@@ -44,14 +44,17 @@ def set_camera(scene: bentlight_native.Scene, camera: CameraData) -> None:
 
 
 def _add_instance(scene: bentlight_native.Scene, instance: InstanceData) -> None:
-    scene.add_instance(
-        instance.mesh,
-        instance.world_from_mesh,
-        materials=np.array(instance.materials, np.int32),
-        visibility=instance.visibility,
-        object_index=instance.object_index,
-        one_sided=instance.one_sided,
-    )
+    try:
+        scene.add_instance(
+            instance.mesh,
+            instance.world_from_mesh,
+            materials=np.array(instance.materials, np.int32),
+            visibility=instance.visibility,
+            object_index=instance.object_index,
+            one_sided=instance.one_sided,
+        )
+    except ValueError as error:
+        raise RenderError(f"Object '{instance.name}': {error}") from error
 
 
 def _set_suns(scene: bentlight_native.Scene, suns: list[SunData]) -> None:

@@ -77,6 +77,7 @@ class _SceneReader:
         index, data_materials = found
         self._data.instances.append(
             InstanceData(
+                name=obj.name,
                 mesh=index,
                 world_from_mesh=matrix,
                 materials=tuple(
@@ -138,6 +139,7 @@ class _SceneReader:
                 return
             self._data.instances.append(
                 InstanceData(
+                    name=obj.name,
                     mesh=self._append_mesh(shape.mesh),
                     world_from_mesh=shape.world_from_mesh,
                     materials=(self._materials.emission(shape.radiance),),

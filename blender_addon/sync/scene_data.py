@@ -39,6 +39,7 @@ class MeshData:
 class InstanceData:
     """One appearance of a mesh in the world."""
 
+    name: str  # of the object, for messages
     mesh: int
     world_from_mesh: np.ndarray
     materials: tuple[int, ...] = ()

@@ -1,0 +1,193 @@
+"""What cannot be rendered fails the operator and says why, naming the object; no file is written."""
+
+import bpy
+import numpy as np
+import pytest
+
+from blender_addon import final
+from tests.engine import stage
+
+
+def failure(tmp_path) -> str:
+    """The error of a render that has to fail."""
+    with pytest.raises(RuntimeError) as caught:
+        stage.render(tmp_path)
+    assert not list(tmp_path.glob("*.exr")), "a failed render wrote a file"
+    return str(caught.value)
+
+
+def add_hole(location=(0.0, 0.0, 0.0), **settings) -> bpy.types.Object:
+    bpy.ops.bentlight.black_hole_add(location=location)
+    for name, value in settings.items():
+        setattr(bpy.context.object.bentlight, name, value)
+    return bpy.context.object
+
+
+def add_wormhole(place=(0.0, 0.0, 0.0), exit_place=(10.0, 0.0, 0.0), throat_radius=0.5) -> bpy.types.Object:
+    bpy.ops.bentlight.wormhole_add(throat_radius=throat_radius, location=place, exit_location=exit_place)
+    return bpy.context.object
+
+
+def test_no_camera(tmp_path):
+    assert "no camera" in failure(tmp_path).lower()
+
+
+@pytest.mark.parametrize(
+    ("settings", "distance", "inside"),
+    [
+        ({"mass": 1.0}, 0.499, True),
+        ({"mass": 1.0}, 0.51, False),
+        ({"mass": 1.0, "chart": "OBLATE"}, 1.99, True),
+        ({"mass": 1.0, "chart": "OBLATE"}, 2.01, False),
+        ({"mass": 1.0, "spin": 0.8}, 1.59, True),  # on the axis: r+ = 1 + 0.6
+        ({"mass": 1.0, "spin": 0.8}, 1.61, False),
+    ],
+)
+def test_a_camera_inside_a_horizon(settings, distance, inside, tmp_path):
+    add_hole((1, 2, 3), **settings)
+    stage.add_camera((1, 2, 3 + distance))
+    if inside:
+        assert "The camera is inside the horizon of black hole 'Black Hole'" in failure(tmp_path)
+    else:
+        stage.render(tmp_path)
+
+
+def test_a_camera_inside_a_throat(tmp_path):
+    add_wormhole()
+    stage.add_camera((0.1, 0, 0.2))
+    assert "The camera is inside the throat of wormhole 'Wormhole'" in failure(tmp_path)
+
+
+def test_scale_must_be_uniform_and_positive(tmp_path):
+    stage.add_camera((0, 0, 9))
+    hole = add_hole()
+    for scale in ((1, 2, 1), (-1, -1, -1), (1, 1, -1)):
+        hole.scale = scale
+        assert "Black hole 'Black Hole': its scale must be uniform and positive" in failure(tmp_path)
+    hole.scale = (0, 0, 0)
+    assert "Black hole 'Black Hole' has scale 0" in failure(tmp_path)
+    hole.scale = (0.5, 0.5, 0.5)
+    hole.rotation_euler = (1, 2, 3)
+    stage.render(tmp_path)
+
+
+def test_transforms_that_are_not_finite(tmp_path):
+    stage.add_camera((0, 0, 9))
+    hole = add_hole()
+    hole.delta_location = (np.nan, 0, 0)
+    assert "Black hole 'Black Hole': its transform or its settings are not finite" in failure(tmp_path)
+    bpy.data.objects.remove(hole)
+    square = stage.add_square(1.0)
+    square.delta_location = (np.nan, 0, 0)
+    assert "Object 'Square': its transform is not finite" in failure(tmp_path)
+    square.delta_location, square.scale = (0, 0, 0), (1e30, 1e30, 1e30)
+    assert "Object 'Square'" in failure(tmp_path)
+    bpy.data.objects.remove(square)
+    bpy.context.scene.camera.delta_location = (np.nan, 0, 0)
+    assert "Camera 'Camera' has a transform that is not finite" in failure(tmp_path)
+
+
+def test_exits_of_wormholes(tmp_path):
+    stage.add_camera((0, 0, 9))
+    mouth = add_wormhole()
+    other = mouth.bentlight.exit
+    other.bentlight.kind = "NONE"
+    assert "its exit 'Wormhole.001' is not a wormhole mouth that is rendered" in failure(tmp_path)
+    other.bentlight.kind = "WORMHOLE"
+    other.hide_render = True
+    assert "its exit 'Wormhole.001' is not a wormhole mouth that is rendered" in failure(tmp_path)
+    other.hide_render = False
+    other.bentlight.throat_radius = 0.6
+    assert "must have one throat radius, not 0.5 and 0.6" in failure(tmp_path)
+    other.bentlight.throat_radius = 0.5
+    other.bentlight.exit = None
+    assert "its exit 'Wormhole.001' leads elsewhere" in failure(tmp_path)
+    mouth.bentlight.exit = None
+    assert "Wormhole 'Wormhole' has no exit" in failure(tmp_path)
+    mouth.bentlight.exit = other
+    stage.render(tmp_path)
+
+
+def test_overlaps(tmp_path):
+    stage.add_camera((0, 0, 9))
+    mouth = add_wormhole(exit_place=(0.45, 0, 0))
+    assert "Wormhole 'Wormhole' and 'Wormhole.001' overlap" in failure(tmp_path)
+    mouth.bentlight.exit.location.x = 6
+    hole = add_hole((3, 0, 4), mass=0.1)
+    stage.render(tmp_path)
+    mouth.bentlight.sphere_radius = hole.bentlight.sphere_radius = 3.0
+    message = failure(tmp_path)
+    assert "The spheres of influence of" in message and "'Wormhole'" in message and "'Black Hole'" in message
+    hole.bentlight.sphere_radius = 0.04
+    assert "does not reach out of its horizon" in failure(tmp_path)
+
+
+def test_a_missing_image_file(tmp_path):
+    stage.add_camera((0, 0, 5))
+    material = stage.emission((1, 1, 1))
+    tree = material.node_tree
+    node = tree.nodes.new("ShaderNodeTexImage")
+    node.image = bpy.data.images.new("nowhere", 4, 4)
+    node.image.source = "FILE"
+    node.image.filepath = str(tmp_path / "nowhere.png")
+    shader = next(n for n in tree.nodes if n.type == "EMISSION")
+    tree.links.new(node.outputs["Color"], shader.inputs["Color"])
+    stage.add_square(1.0, material=material)
+    message = failure(tmp_path)
+    assert "'nowhere'" in message and "nowhere.png" in message
+
+
+def test_a_bug_is_reported_not_swallowed(tmp_path, monkeypatch):
+    stage.add_camera()
+
+    def broken(*_arguments):
+        raise KeyError("a slip of the pen")
+
+    monkeypatch.setattr(final, "read_scene", broken)
+    assert "KeyError: 'a slip of the pen'" in failure(tmp_path)
+
+
+def warnings(capfd, tmp_path) -> list[str]:
+    capfd.readouterr()
+    stage.render(tmp_path)
+    return [line for line in capfd.readouterr().out.splitlines() if line.startswith("Warning:")]
+
+
+def test_what_has_no_size_is_left_out_with_a_warning(capfd, tmp_path):
+    stage.add_camera((0, 0, 5))
+    stage.set_world((1, 1, 1))
+    stage.add_mesh("point", [(0, 0, 0)] * 3, [(0, 1, 2)])
+    flat = stage.add_square(1.0, name="flattened")
+    flat.scale = (0, 1, 1)
+    stage.add_mesh("nothing", [], [])
+    broken = stage.add_square(1.0, (0, 0, 1), name="broken")
+    broken.data.vertices[0].co = (np.nan, 0, 0)
+    stage.add_light("AREA", size=1.0).scale = (0, 0, 0)
+    said = warnings(capfd, tmp_path)
+    assert len([line for line in said if "'point' has zero size" in line]) == 1
+    assert len([line for line in said if "'flattened' has a scale of 0" in line]) == 1
+    assert len([line for line in said if "'broken': 2 triangles have vertices that are not finite" in line]) == 1
+    assert len([line for line in said if "'Area' has zero size" in line]) == 1
+    assert not [line for line in said if "nothing" in line]
+
+
+def test_lamps_that_only_light_sampling_sees_get_one_warning(capfd, tmp_path):
+    stage.add_camera((0, 0, 5))
+    stage.add_light("POINT", shadow_soft_size=0.0)
+    stage.add_light("SPOT", shadow_soft_size=0.0)
+    stage.add_light("SUN", angle=0.0)
+    stage.add_light("AREA", size=1.0)
+    said = warnings(capfd, tmp_path)
+    assert len(said) == 1
+    assert all(name in said[0] for name in ("'Point'", "'Spot'", "'Sun'"))
+    assert "'Area'" not in said[0]
+
+
+def test_what_is_not_supported_is_said(capfd, tmp_path):
+    camera = stage.add_camera((0, 0, 5))
+    camera.data.dof.use_dof = True
+    bpy.context.scene.render.use_motion_blur = True
+    light = stage.add_light("AREA", size=1.0)
+    light.data.spread = 1.0
+    said = " ".join(warnings(capfd, tmp_path))
+    assert "depth of field" in said and "otion blur" in said and "spread" in said
