@@ -2,7 +2,8 @@
 
 Radiances are those of Cycles, with E the lamp's color times its power: an area light E/(pi A), a point or spot light of
 radius r E/(4 pi^2 r^2), a sun of angular diameter a E/(pi sin^2(a/2)); without "Normalize" an area light and a point
-light are E/pi, a sun is E.
+light are E/pi, a sun is E. A point light is a sphere; with "Soft Falloff" Cycles uses a disk that faces the shaded
+point, which gives less light near by: by the factor 1/(1 + (r/distance)^2).
 """
 
 from __future__ import annotations

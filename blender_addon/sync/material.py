@@ -125,6 +125,19 @@ class MaterialTable:
         builder.emit("emission", builder.constant(1.0), builder.constant(radiance), builder.constant(1.0))
         return self._add(builder.build())
 
+    def principled(self) -> int:
+        """The index of a Principled BSDF as it is when it is new."""
+        builder = ProgramBuilder()
+        (normal,) = builder.emit("coordinate", immediates=("SHADING_NORMAL",))
+        surface = {
+            "weight": 1.0, "base color": 0.8, "metallic": 0.0, "roughness": 0.5, "diffuse roughness": 0.0, "ior": 1.5,
+            "specular level": 0.5, "specular tint": 1.0, "transmission": 0.0, "alpha": 1.0,
+        }  # fmt: skip
+        operands = [builder.constant(value) for value in surface.values()]
+        emission_color, emission_strength = builder.constant(1.0), builder.constant(0.0)
+        builder.emit("principled", *operands, normal, emission_color, emission_strength, immediates=("MULTI_GGX",))
+        return self._add(builder.build())
+
     def set_world(self, world: Any) -> None:
         """Compiles the world; None is black."""
         self.world = None if world is None else self._reported(compile_world(world, self._images))

@@ -32,6 +32,7 @@ class _SceneReader:
         self._meshes: dict[tuple, tuple[int, list] | None] = {}
         self._materials = MaterialTable(reporter)
         self._unseen_lamps: list[str] = []
+        self._empty_slot: int | None = None
         if self._view_layer.use_sky:
             self._materials.set_world(self._view_layer_world(depsgraph.scene_eval))
 
@@ -81,12 +82,20 @@ class _SceneReader:
                 mesh=index,
                 world_from_mesh=matrix,
                 materials=tuple(
-                    self._materials.index_of(m, _active_uv_map(obj)) for m in self._slots(obj, data_materials)
+                    self._material_index(m, _active_uv_map(obj)) for m in self._slots(obj, data_materials)
                 ),
                 visibility=self._visibility(obj, parent),
                 object_index=float(obj.pass_index),
             )
         )
+
+    def _material_index(self, material: bpy.types.Material | None, uv_map: str) -> int:
+        """Index of a material, or of what Cycles makes of an empty slot: gray, since Blender 5 a Principled BSDF."""
+        if material is None and bpy.app.version >= (5, 0, 0):
+            if self._empty_slot is None:
+                self._empty_slot = self._materials.principled()
+            return self._empty_slot
+        return self._materials.index_of(material, uv_map)
 
     def _slots(self, obj: bpy.types.Object, data_materials: list) -> list[bpy.types.Material | None]:
         """Materials by slot: the view layer's override, or the object's where a slot says so, else the data's."""

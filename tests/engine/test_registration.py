@@ -19,7 +19,9 @@ def everything_of_ours() -> dict[str, object]:
         "operators": dir(bpy.ops.bentlight),
         "owners": [hasattr(owner, "bentlight") for owner in (bpy.types.Scene, bpy.types.Object, bpy.types.ViewLayer)],
         "panels": our_panels(),
-        "menu": [f.__name__ for f in bpy.types.VIEW3D_MT_add._dyn_ui_initialize() if f.__module__ == operators.__name__],
+        "menu": [
+            f.__name__ for f in bpy.types.VIEW3D_MT_add._dyn_ui_initialize() if f.__module__ == operators.__name__
+        ],
     }
 
 

@@ -1,0 +1,42 @@
+"""The same scene by Cycles: pixels that are points, and noisy pictures by seed."""
+
+import bpy
+import numpy as np
+
+from tests.engine import stage
+
+NARROW = 0.01  # pixels: Cycles' narrowest filter
+
+
+def point_pictures(tmp_path) -> tuple[np.ndarray, np.ndarray]:
+    """RGB by Cycles and by Bentlight with one sample in the middle of each pixel, to half of NARROW."""
+    scene = bpy.context.scene
+    scene.cycles.samples = scene.bentlight.samples = 1
+    scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
+    scene.cycles.pixel_filter_type, scene.bentlight.pixel_filter = "BOX", "GAUSSIAN"
+    scene.cycles.filter_width = scene.render.filter_size = NARROW
+    return _both(tmp_path)
+
+
+def noisy_pictures(tmp_path, seeds: int, samples: int) -> tuple[np.ndarray, np.ndarray]:
+    """RGB by Cycles and by Bentlight, (seeds, height, width, 3) each."""
+    scene = bpy.context.scene
+    scene.cycles.samples = scene.bentlight.samples = samples
+    scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = scene.cycles.use_light_tree = False
+    scene.cycles.max_bounces = scene.cycles.diffuse_bounces = scene.cycles.glossy_bounces = scene.bentlight.max_bounces
+    scene.cycles.sample_clamp_indirect = 0
+    scene.cycles.pixel_filter_type = scene.bentlight.pixel_filter = "BOX"
+    pictures = []
+    for seed in range(seeds):
+        scene.cycles.seed = scene.bentlight.seed = seed
+        pictures.append(_both(tmp_path))
+    cycles, ours = zip(*pictures, strict=True)
+    return np.stack(cycles), np.stack(ours)
+
+
+def _both(tmp_path) -> tuple[np.ndarray, np.ndarray]:
+    found = []
+    for engine in ("CYCLES", "BENTLIGHT"):
+        bpy.context.scene.render.engine = engine
+        found.append(stage.render(tmp_path)["Combined"][..., :3])
+    return found[0], found[1]
