@@ -1,4 +1,8 @@
-"""Evaluated geometry as triangles: meshes and whatever Blender can turn into one (curves, text, metaballs)."""
+"""Evaluated meshes as triangles.
+
+Curves, text, surfaces and metaballs need nothing more: the depsgraph shows each once as itself and once as a mesh that
+it instances.
+"""
 
 from __future__ import annotations
 
@@ -7,21 +11,11 @@ import numpy as np
 
 from .scene_data import MeshData
 
-CONVERTIBLE_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
-
 
 def read_mesh(obj: bpy.types.Object) -> tuple[MeshData, list[bpy.types.Material | None]] | None:
-    """The triangles of an evaluated object and its data's materials by slot; None if it has no faces.
-
-    Raises RuntimeError where Blender has no mesh for the object.
-    """
-    mesh = obj.to_mesh()
-    try:
-        if mesh is None or not mesh.polygons:
-            return None
-        return _triangles(mesh), list(mesh.materials)
-    finally:
-        obj.to_mesh_clear()
+    """The triangles of an evaluated mesh object and its data's materials by slot; None if it has no faces."""
+    mesh = obj.data
+    return (_triangles(mesh), list(mesh.materials)) if mesh.polygons else None
 
 
 def drop_broken_triangles(data: MeshData) -> int:

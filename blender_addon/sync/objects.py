@@ -11,7 +11,7 @@ from .material import MaterialTable
 from .scene_data import CameraData, InstanceData, MeshData, SceneData, Visibility
 
 _SINGULAR = 1e-12  # of the volume of the box that the matrix's columns could span
-_UNSUPPORTED_TYPES = {"CURVES": "hair", "POINTCLOUD": "point cloud", "VOLUME": "volume"}
+_UNSUPPORTED_TYPES = {"CURVES": "hair", "POINTCLOUD": "point clouds", "VOLUME": "volumes"}
 
 
 def read_scene(depsgraph: bpy.types.Depsgraph, camera: CameraData, reporter: Reporter) -> SceneData:
@@ -29,7 +29,7 @@ class _SceneReader:
         self._reporter = reporter
         self._view_layer = depsgraph.view_layer_eval
         self._data = SceneData(camera=camera)
-        self._meshes: dict[tuple, tuple[int, list] | None] = {}
+        self._meshes: dict[int, tuple[int, list] | None] = {}
         self._materials = MaterialTable(reporter)
         self._unseen_lamps: list[str] = []
         self._empty_slot: int | None = None
@@ -41,16 +41,14 @@ class _SceneReader:
         matrix = np.array(instance.matrix_world, dtype=np.float64, order="C")
         if obj.bentlight.kind != "NONE" and not instance.is_instance:
             self._data.spacetimes.append(spacetime.read_spacetime(obj, matrix))
-        if obj.type not in mesh.CONVERTIBLE_TYPES and obj.type != "LIGHT" and obj.type not in _UNSUPPORTED_TYPES:
-            return
-        if not instance.show_self:
+        if not instance.show_self or obj.type not in {"MESH", "LIGHT", *_UNSUPPORTED_TYPES}:
             return
         if not np.isfinite(matrix).all():
             raise RenderError(f"Object '{obj.name}': its transform is not finite")
         if obj.type == "LIGHT":
             self._add_light(obj, instance.parent, matrix)
         elif obj.type in _UNSUPPORTED_TYPES:
-            self._reporter.warn(f"Object '{obj.name}': a {_UNSUPPORTED_TYPES[obj.type]} is not supported; not rendered")
+            self._reporter.warn(f"Object '{obj.name}': {_UNSUPPORTED_TYPES[obj.type]} cannot be rendered yet")
         elif self._view_layer.use_solid:
             self._add_geometry(obj, instance.parent, matrix)
 
@@ -110,7 +108,7 @@ class _SceneReader:
 
     def _mesh_of(self, obj: bpy.types.Object) -> tuple[int, list] | None:
         """Index of the object's mesh, read once for all its users, and its data's materials; None if there is none."""
-        key = ("MESH", obj.data.as_pointer()) if obj.type == "MESH" else ("OBJECT", obj.original.as_pointer())
+        key = obj.data.as_pointer()
         if key not in self._meshes:
             self._meshes[key] = self._read_mesh(obj)
         return self._meshes[key]
