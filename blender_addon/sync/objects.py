@@ -39,8 +39,8 @@ class _SceneReader:
     def add(self, instance: bpy.types.DepsgraphObjectInstance) -> None:
         obj = instance.object
         matrix = np.array(instance.matrix_world, dtype=np.float64, order="C")
-        if obj.bentlight.kind != "NONE" and not instance.is_instance:
-            self._data.spacetimes.append(spacetime.read_spacetime(obj, matrix))
+        if obj.bentlight.kind != "NONE":
+            self._add_spacetime(instance, matrix)
         if not instance.show_self or obj.type not in {"MESH", "LIGHT", *_UNSUPPORTED_TYPES}:
             return
         if not np.isfinite(matrix).all():
@@ -65,6 +65,16 @@ class _SceneReader:
     def _view_layer_world(self, scene: bpy.types.Scene) -> bpy.types.World | None:
         return getattr(self._view_layer, "world_override", None) or scene.world
 
+    def _add_spacetime(self, instance: bpy.types.DepsgraphObjectInstance, matrix: np.ndarray) -> None:
+        obj = instance.object
+        if instance.is_instance:
+            if instance.parent.original == obj.original:  # the mesh of a curve, which came before as itself
+                return
+            if obj.bentlight.kind == "WORMHOLE":
+                self._reporter.warn(f"Wormhole '{obj.name}': instances of wormholes are not supported; left out")
+                return
+        self._data.spacetimes.append(spacetime.read_spacetime(obj, matrix))
+
     def _add_geometry(self, obj: bpy.types.Object, parent: bpy.types.Object | None, matrix: np.ndarray) -> None:
         found = self._mesh_of(obj)
         if found is None:
@@ -79,15 +89,13 @@ class _SceneReader:
                 name=obj.name,
                 mesh=index,
                 world_from_mesh=matrix,
-                materials=tuple(
-                    self._material_index(m, _active_uv_map(obj)) for m in self._slots(obj, data_materials)
-                ),
+                materials=tuple(self._material_index(m, _active_uv_map(obj)) for m in self._slots(obj, data_materials)),
                 visibility=self._visibility(obj, parent),
                 object_index=float(obj.pass_index),
             )
         )
 
-    def _material_index(self, material: bpy.types.Material | None, uv_map: str) -> int:
+    def _material_index(self, material: bpy.types.Material | None, uv_map: str | None) -> int:
         """Index of a material, or of what Cycles makes of an empty slot: gray, since Blender 5 a Principled BSDF."""
         if material is None and bpy.app.version >= (5, 0, 0):
             if self._empty_slot is None:

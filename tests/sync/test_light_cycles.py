@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 import pytest
 
-from tests.engine import cycles, stage
+from tests.engine import cycles_pictures, stage
 from tests.engine.stage import blender  # noqa: F401 (a fixture)
 from tests.images.image_statistics import compare
 
@@ -44,7 +44,7 @@ def lamp_before_the_camera(kind, strength, settings) -> bpy.types.Object:
 @pytest.mark.parametrize("name", LAMPS)
 def test_lamps_look_as_in_cycles(name, tmp_path):
     lamp_before_the_camera(*LAMPS[name])
-    theirs, ours = cycles.point_pictures(tmp_path)
+    theirs, ours = cycles_pictures.point_pictures(tmp_path)
     lit, expected = ours.max(axis=2) > 0, theirs.max(axis=2) > 0
     assert expected.sum() > 20
     # The outlines of disks and spheres are polygons: a few pixels on the rim may differ.
@@ -57,7 +57,7 @@ def test_area_lights_are_dark_from_behind_and_let_light_through(tmp_path):
     stage.add_camera()
     stage.set_world((0.2, 0.4, 0.6))
     stage.add_light("AREA", (0, 0, -5), size=3.0)
-    theirs, ours = cycles.point_pictures(tmp_path)
+    theirs, ours = cycles_pictures.point_pictures(tmp_path)
     np.testing.assert_allclose(ours, theirs, rtol=1e-5)
     np.testing.assert_allclose(ours[24, 32], (0.2, 0.4, 0.6), rtol=1e-5)
 
@@ -66,14 +66,16 @@ def test_mirrored_area_lights_shine_the_same_way(tmp_path):
     lamp = lamp_before_the_camera(*LAMPS["square"])
     for scale in ((-1, 1, 1), (1, -1, 1), (1, 1, -1), (-1, -1, -1)):
         lamp.scale = scale
-        theirs, ours = cycles.point_pictures(tmp_path)
-        assert np.array_equal(theirs.max(axis=2) > 0, ours.max(axis=2) > 0), scale
+        theirs, ours = cycles_pictures.point_pictures(tmp_path)
+        # A point on the very edge may fall on either side.
+        assert ((theirs.max(axis=2) > 0) != (ours.max(axis=2) > 0)).sum() <= 1, scale
+        assert (ours > 0).any() == (scale[2] > 0)
 
 
 def test_ray_visibility_of_lamps(tmp_path):
     lamp = lamp_before_the_camera(*LAMPS["square"])
     lamp.visible_camera = False
-    _, ours = cycles.point_pictures(tmp_path)
+    _, ours = cycles_pictures.point_pictures(tmp_path)
     assert (ours == 0).all()
 
 
@@ -95,6 +97,6 @@ def test_lamps_light_a_wall_as_in_cycles(kind, settings, tmp_path):
     stage.add_square(12.0)
     lamp = stage.add_light(kind, (0.5, 0.3, 2.5), (0.3, 0.1, 0), **settings)
     lamp.visible_camera = False
-    theirs, ours = cycles.noisy_pictures(tmp_path, seeds=8, samples=64)
+    theirs, ours = cycles_pictures.noisy_pictures(tmp_path, seeds=8, samples=64)
     comparison = compare(theirs, ours)
     assert not comparison.differs(), str(comparison)

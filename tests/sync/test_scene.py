@@ -10,7 +10,7 @@ from blender_addon.report import Reporter
 from blender_addon.sync.camera import read_camera
 from blender_addon.sync.objects import read_scene
 from blender_addon.sync.scene_data import SceneData, Visibility
-from tests.engine import cycles, stage
+from tests.engine import cycles_pictures, stage
 from tests.engine.stage import blender  # noqa: F401 (a fixture)
 
 
@@ -158,6 +158,20 @@ def test_material_slots_of_the_data_and_of_the_object():
     assert by_name["first"][0] == by_name["first"][1] == by_name["second"][0] != by_name["second"][1]
 
 
+def test_black_holes_in_collection_instances():
+    hole = bpy.data.objects.new("hole", None)
+    hole.bentlight.kind, hole.bentlight.mass = "BLACK_HOLE", 0.1
+    collection = bpy.data.collections.new("group")
+    collection.objects.link(hole)
+    for x in (0, 5):
+        bpy.ops.object.collection_instance_add(collection="group", location=(x, 0, 0))
+    bpy.ops.object.text_add()
+    bpy.context.object.bentlight.kind = "BLACK_HOLE"
+    bpy.context.object.location = (0, 0, 3)
+    data, _ = read()
+    assert sorted(tuple(item.origin) for item in data.spacetimes) == [(0, 0, 0), (0, 0, 3), (5, 0, 0)]
+
+
 def test_visibility_bits():
     square = stage.add_square(1.0)
     square.visible_diffuse = square.visible_transmission = False
@@ -198,7 +212,7 @@ def show(output: str, node_type: str) -> bpy.types.Material:
 @pytest.mark.parametrize("output", ["Generated", "Normal", "UV", "Object"])
 @pytest.mark.parametrize("instanced", [False, True])
 def test_coordinates_are_those_of_cycles(output, instanced, tmp_path):
-    """On a deformed, subdivided, smooth shape, turned, squeezed and mirrored: the picture is Cycles', point by point."""
+    """On a deformed, subdivided, smooth shape, turned, squeezed and mirrored: every point is as in Cycles."""
     bpy.ops.mesh.primitive_uv_sphere_add(segments=16, ring_count=8, radius=1.0)
     obj = bpy.context.object
     obj.data.shade_smooth()
@@ -207,7 +221,7 @@ def test_coordinates_are_those_of_cycles(output, instanced, tmp_path):
     bend = obj.modifiers.new("bend", "SIMPLE_DEFORM")
     bend.deform_method, bend.angle = "TWIST", 1.0
     obj.rotation_euler = (0.4, 0.9, 0.2)
-    # Cycles interpolates normals after it squeezed them, unless a mesh has several users; so those stay unsqueezed here.
+    # Cycles interpolates normals after squeezing them, unless a mesh has several users: so not squeezed for those.
     obj.scale = (0.9, -0.9, 0.9) if output == "Normal" else (1.0, -0.7, 1.2)
     if instanced:
         collection = bpy.data.collections.new("group")
@@ -217,7 +231,7 @@ def test_coordinates_are_those_of_cycles(output, instanced, tmp_path):
         bpy.context.object.rotation_euler = (0, 0, math.pi / 3)
     stage.add_camera((0, 0, 4))
     stage.set_world((0, 0, 0))
-    theirs, ours = cycles.point_pictures(tmp_path)
+    theirs, ours = cycles_pictures.point_pictures(tmp_path)
     seen = (theirs.max(axis=2) > 0) & (ours.max(axis=2) > 0)
     assert seen.sum() > 500
     assert ((theirs.max(axis=2) > 0) != (ours.max(axis=2) > 0)).sum() <= 2
@@ -226,5 +240,5 @@ def test_coordinates_are_those_of_cycles(output, instanced, tmp_path):
         np.diff(theirs, axis=0, prepend=theirs[:1])
     )
     reach = np.maximum.reduce([np.roll(across, shift, (0, 1)) for shift in ((0, 0), (-1, 0), (0, -1), (-1, -1))])
-    wrong = np.abs(ours - theirs) > cycles.NARROW * reach + 2e-4
+    wrong = np.abs(ours - theirs) > cycles_pictures.NARROW * reach + 2e-4
     assert wrong[seen].any(axis=1).mean() < 0.005
