@@ -55,10 +55,10 @@ def test_the_addon_reaches_the_core_by_its_package_alone():
         assert "blender_addon" not in {name.split(".")[0] for name in names}, f"{path}: installed, it has another name"
 
 
-def test_plain_data_of_the_sync_knows_no_blender():
-    for path in within("blender_addon/sync", ".py"):
-        if path.stem in {"id_map", "change", "scene_data"}:
-            assert not {module.split(".")[0] for module in python_imports(path)} & BLENDER, path
+@pytest.mark.parametrize("name", ["scene_data", "native", "sky"])
+def test_plain_data_of_the_sync_knows_no_blender(name):
+    path = ROOT / "blender_addon" / "sync" / f"{name}.py"
+    assert not {module.split(".")[0] for module in python_imports(path)} & BLENDER
 
 
 def test_the_core_knows_no_python():
