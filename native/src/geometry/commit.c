@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "geometry/geometry.h"
+#include "geometry/jump.h"
 #include "geometry/mesh.h"
 
 bent_status geometry_new(geometry **out, bent_error *error)
@@ -21,7 +22,7 @@ void geometry_free(geometry *g)
   for (size_t i = 0; i < g->instance_count; i++) free(g->instances[i].materials);
   free(g->meshes);
   free(g->instances);
-  free(g->lenses);
+  lenses_free(g->lenses, g->lens_count);
   free(g);
 }
 
@@ -139,9 +140,11 @@ static void bound(geometry *g)
 
 bent_status geometry_commit(geometry *g, bent_progress *progress, bent_error *error)
 {
+  bent_status status = BENT_OK;
+  for (size_t i = 0; i < g->lens_count; i++)
+    if ((status = jump_commit(&g->lenses[i], error))) return status;
   if (g->top && !g->changed) return BENT_OK;
-  bent_status status = embree() ? BENT_OK : bent_embree_load(0, NULL, error);
-  if (status) return status;
+  if (!embree() && (status = bent_embree_load(0, NULL, error))) return status;
   for (size_t i = 0; i < g->instance_count; i++) {
     mesh *m = &g->meshes[g->instances[i].mesh];
     if (m->triangle_count && (status = mesh_commit(m, progress, error))) return status;

@@ -102,6 +102,7 @@ typedef struct plan {
   lanes limit;
   lanes_mask walking; /* lanes that need chords */
   lanes_mask throat;  /* `limit` is the throat, and beyond it another mouth */
+  lanes_mask away;    /* beyond `limit` nothing can be met, and the ray goes to infinity */
 } plan;
 
 /* Lanes in `turning` begin and end beyond the reach and turn round in between. Where the turn is beyond it too nothing can
@@ -136,16 +137,20 @@ LANES_INLINE plan plan_arc(march *m, arc *arc)
   const lanes_mask inside = lanes_mask_all(!wormhole) | (m->ray.side >= 0) | (m->ray.v > 0);
   const lanes_mask outward = is_outward(m, m->ray.v) & ~m->ray.doomed;
   const lanes_mask clear = (m->blind & lanes_mask_all(m->endless)) | ~inside | ((m->ray.w < reach) & outward);
-  plan p = {.walking = ~clear, .limit = arc->step};
+  plan p;
   p.throat = ~clear & (p_end < 0) & (v_end < 0);
   const lanes_mask leaves = ~clear & ~p.throat & (w_end < reach) & is_outward(m, v_end) & ~m->ray.doomed;
   const lanes_mask turning = leaves & (m->ray.w < reach), exits = leaves & ~turning;
-  if (lanes_any(turning)) {
-    p.walking &= ~end_at_turning(m, arc, v_end, turning);
-    p.limit = arc->step;
+  lanes_mask passes = clear;
+  if (lanes_any(turning)) passes |= end_at_turning(m, arc, v_end, turning);
+  p.walking = ~passes;
+  /* an arc that reaches infinity itself needs no jump */
+  p.away = lanes_mask_all(m->endless) & inside & ~m->ray.doomed & ~arc->escapes & (passes | exits);
+  p.limit = lanes_select(passes & p.away, lanes_all(0), arc->step);
+  if (lanes_any(exits)) {
+    const lanes crossing = arc_crossing(arc, arc->series[ARC_W], reach, w_end, exits);
+    p.limit = lanes_select(exits, crossing, p.limit);
   }
-  if (lanes_any(exits)) p.limit = arc_crossing(arc, arc->series[ARC_W], reach, w_end, exits);
-  p.limit = lanes_select(exits, p.limit, arc->step);
   if (wormhole && lanes_any(p.throat)) {
     const lanes crossing = arc_crossing(arc, arc->series[ARC_SIDE], lanes_all(0), p_end, p.throat);
     p.limit = lanes_select(p.throat, crossing, p.limit);
@@ -173,6 +178,11 @@ static void report_stop(march *m, const outcome *out, int lane, const lanes dire
   hit->length = m->length[lane];
   t->position = lane_vec3(m->here, lane);
   t->left = (int)(m->lens - m->g->lenses);
+  if (out->away >> lane & 1) {
+    t->direction = world_vector(m, direction, lane);
+    t->leg = LEG_AWAY;
+    return;
+  }
   if (out->edge >> lane & 1) {
     t->direction = world_vector(m, direction, lane);
     t->leg = LEG_FLAT;
@@ -238,6 +248,14 @@ static void report(march *m, const outcome *out, endings ends, const lanes direc
   m->busy &= ~(ends.stopped | ends.ended);
 }
 
+/* Brings `here` of lanes that go away to where they stop: chords may have ended before. */
+LANES_INLINE void leave(march *m, const arc *arc, const outcome *out)
+{
+  lanes at[3];
+  march_position(m, arc, out->offset, at);
+  for (int k = 0; k < 3; k++) m->here[k] = lanes_select(lanes_mask_from_bits(out->away), at[k], m->here[k]);
+}
+
 /* One arc for every lane. */
 static void march_arc(march *m)
 {
@@ -255,8 +273,11 @@ static void march_arc(march *m)
   if (out.hit) land_hits(m, &arc, leaving, &out);
   const unsigned last = out.hit | out.edge;
   out.throat = lanes_bits(p.throat & busy) & ~last & (m->lens->exit >= 0 ? ~0u : 0);
+  out.away = lanes_bits(p.away & busy & ~stuck) & ~last;
   out.offset = lanes_select(lanes_mask_from_bits(last | out.throat), out.offset, arc.step);
-  endings ends = {.stopped = last | out.throat};
+  out.offset = lanes_select(lanes_mask_from_bits(out.away), p.limit, out.offset);
+  endings ends = {.stopped = last | out.throat | out.away};
+  if (out.away) leave(m, &arc, &out);
   lanes direction[3];
   if (ends.stopped) arc_direction(&m->space, &m->ray, &arc, out.offset, direction);
   arc_advance(&m->space, &arc, out.offset, &m->ray);

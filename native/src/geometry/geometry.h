@@ -4,6 +4,7 @@
 #include "base/vec3.h"
 #include "bentlight/intersect.h"
 #include "bentlight/scene.h"
+#include "bentlight/table.h"
 #include "geometry/embree.h"
 
 typedef struct mesh {
@@ -44,6 +45,8 @@ typedef struct lens {
   double radius; /* of its sphere, world units; INFINITY for a single object */
   int flat;      /* bends nothing: Minkowski or no mass */
   int exit;      /* index of the mouth where rays through the throat come out; -1: none */
+  bent_table *table;  /* of deflection, for the way to infinity; NULL where there is none (jump.h) */
+  double table_error; /* its measured maximum, radians */
 } lens;
 
 typedef struct geometry {
@@ -74,6 +77,8 @@ static inline vec3 geometry_vertex(const geometry *g, int instance_index, int tr
   return mat4_point(&i->world_from_mesh, v3(v[0], v[1], v[2]));
 }
 
+/* Frees lenses and their tables. */
+void lenses_free(lens *lenses, size_t count);
 /* The lens whose sphere contains the world point, or NULL where space is flat. */
 const lens *geometry_lens_at(const geometry *g, vec3 position);
 /* The local components, in world axes, of a world covector such as a surface normal at `position`, up to a positive

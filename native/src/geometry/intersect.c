@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "geometry/flat.h"
+#include "geometry/jump.h"
 #include "geometry/travel.h"
 #include "scene/scene.h"
 
@@ -140,7 +141,10 @@ static size_t travel(const geometry *g, size_t n, const bent_ray *rays, traveler
     if (count && leg == LEG_FLAT) travel_flat(g, count, index, rays, travelers, hits);
     else if (count) BENT_CALL(bent_travel_curved)(g, leg, count, index, rays, travelers, hits);
   }
-  size_t left = 0;
+  size_t away = 0, left = 0;
+  for (size_t i = 0; i < n; i++)
+    if (travelers[i].leg == LEG_AWAY) index[away++] = (uint32_t)i;
+  if (away) jump(g, away, index, rays, travelers, hits);
   for (size_t i = 0; i < n; i++) left += travelers[i].leg != LEG_OVER;
   return left;
 }

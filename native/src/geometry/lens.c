@@ -136,11 +136,17 @@ bent_status bent_scene_set_spacetimes(bent_scene *scene, size_t count, const ben
     return status;
   }
   geometry *g = scene->geometry;
-  free(g->lenses);
+  lenses_free(g->lenses, g->lens_count);
   g->lenses = lenses;
   g->lens_count = count;
   scene->committed = 0;
   return BENT_OK;
+}
+
+void lenses_free(lens *lenses, size_t count)
+{
+  for (size_t i = 0; i < count; i++) bent_table_free(lenses[i].table);
+  free(lenses);
 }
 
 const lens *geometry_lens_at(const geometry *g, vec3 position)

@@ -36,7 +36,7 @@ typedef struct march {
 /* How a lane's arc ended. One bit a lane. */
 typedef struct outcome {
   lanes offset;          /* where */
-  unsigned hit, edge, throat;
+  unsigned hit, edge, throat, away;
   found found[LANES];    /* of the lanes in `hit` */
   lanes low, high, from; /* the chord that met it: its offsets, and the length at its beginning */
   lanes begin[3], span[3]; /* its world points */
