@@ -1,4 +1,4 @@
-"""Rays that leave all geometry behind go to infinity by the deflection table or the endpoint route: nothing may change."""
+"""Rays that leave all geometry behind go to infinity by table or endpoint route: nothing may change by that."""
 
 import bentlight_native as native
 import numpy as np
