@@ -10,6 +10,7 @@ import math
 import bpy
 import common
 import materials
+import mathutils
 import numpy as np
 import objects
 
@@ -24,7 +25,7 @@ def build(spin: float = 0.0) -> bpy.types.Scene:
     build_room()
     build_furniture()
     build_hole(MASS, spin)
-    objects.camera((0.3, -5.3, 2.0), (0.05, 0.0, 1.5), lens_mm=30)
+    objects.camera((0.3, -5.3, 2.0), (0.05, 0.0, 1.42), lens_mm=30)
     return scene
 
 
@@ -56,7 +57,7 @@ def build_furniture() -> None:
     objects.suzanne((-1.75, 0.9, 1.28), 1.15, 22, clay)
     objects.box("Right plinth", (1.85, 1.2, 0.40), (0.9, 0.9, 0.8), stone, -14)
     objects.sphere("Brass sphere", (1.85, 1.2, 1.25), 0.45, brass)
-    objects.sphere("Glass sphere", (1.0, -0.9, 0.45), 0.45, glass)
+    objects.sphere("Glass sphere", (1.05, -0.7, 0.45), 0.45, glass)
     objects.box(
         "Cube",
         (-0.95, -0.9, 0.25),
@@ -74,25 +75,25 @@ def build_hole(mass: float, spin: float) -> None:
     build_stones(mass, horizon)
 
 
-def build_stones(mass: float, horizon: float, count: int = 150) -> None:
-    """A tilted ring of tetrahedra, many within 3 M of the horizon, the outermost at 8 M, in reproducible disorder."""
+def build_stones(mass: float, horizon: float, count: int = 240) -> None:
+    """A tilted ring of tetrahedra as one mesh, from 1 M above the horizon to 6 M, in reproducible disorder."""
     random = np.random.default_rng(7)
-    stones = [
-        materials.principled("Pale stone", (0.85, 0.78, 0.66), roughness=0.7),
-        materials.principled("Amber stone", (0.95, 0.45, 0.08), roughness=0.35),
-    ]
-    corners = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]) / math.sqrt(3)
-    tilt = math.radians(20)
+    tetrahedron = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]) / math.sqrt(3)
+    tilt = np.array(mathutils.Euler((math.radians(14), math.radians(-18), 0)).to_matrix())
+    vertices, faces = [], []
     for i in range(count):
         angle = 2.4 * i  # the golden angle spreads them evenly
-        radius = horizon + mass * (1.0 + 7.0 * (i / count) ** 1.3)
-        x, y, z = radius * math.cos(angle), radius * math.sin(angle), mass * random.normal(0, 0.15)
-        position = np.array((x * math.cos(tilt) - z * math.sin(tilt), y, x * math.sin(tilt) + z * math.cos(tilt)))
+        radius = horizon + mass * (1.0 + 5.0 * i / count)
+        place = tilt @ (radius * math.cos(angle), radius * math.sin(angle), mass * random.normal(0, 0.1))
         turn, _ = np.linalg.qr(random.normal(size=(3, 3)))
         turn *= np.sign(np.linalg.det(turn))
-        vertices = corners @ turn.T * mass * random.uniform(0.18, 0.40) + position + CENTER
-        faces = [(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)]
-        objects.add_mesh(f"Stone {i:03d}", vertices, faces, stones[i % 5 == 0])
+        vertices.extend(tetrahedron @ turn.T * mass * random.uniform(0.12, 0.30) + place + CENTER)
+        faces.extend((4 * i + a, 4 * i + b, 4 * i + c) for a, b, c in ((0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)))
+    stones = objects.add_mesh("Stones", vertices, faces)
+    stones.data.materials.append(materials.principled("Pale stone", (0.75, 0.68, 0.56), roughness=0.7))
+    stones.data.materials.append(materials.principled("Amber stone", (0.90, 0.30, 0.04), roughness=0.35))
+    amber = np.repeat(np.arange(count) % 3 > 0, 4)
+    stones.data.polygons.foreach_set("material_index", amber.astype(np.int32))
 
 
 if __name__ == "__main__":

@@ -112,13 +112,13 @@ def build_garden() -> None:
     objects.quad("Terrace", (x - 8, y - 8, 0), (16, 0, 0), (0, 16, 0), sand)
     for i in range(12):
         angle = 2 * math.pi * (i + 0.5) / 12
-        foot = (x + 6.5 * math.cos(angle), y + 6.5 * math.sin(angle))
+        foot = (x + 5.5 * math.cos(angle), y + 5.5 * math.sin(angle))
         bpy.ops.mesh.primitive_cylinder_add(vertices=32, radius=0.28, depth=3.6, location=(*foot, 1.8))
         objects.place(bpy.context.object, marble)
         objects.box("Capital", (*foot, 3.7), (0.8, 0.8, 0.2), marble, math.degrees(angle))
     random = np.random.default_rng(11)
     for i in range(26):
-        angle, distance = 2 * math.pi * i / 26, random.uniform(13, 26)
+        angle, distance = 2 * math.pi * i / 26, random.uniform(9, 20)
         height = random.uniform(4, 7)
         bpy.ops.mesh.primitive_cone_add(
             vertices=24,
@@ -127,8 +127,8 @@ def build_garden() -> None:
             location=(x + distance * math.cos(angle), y + distance * math.sin(angle), height / 2),
         )
         objects.place(bpy.context.object, cypress)
-    objects.box("Pedestal", (x, y + 4.2, 0.5), (1.1, 1.1, 1.0), marble)
-    objects.suzanne((x, y + 4.2, 1.75), 1.6, 0, bronze)
+    objects.box("Pedestal", (x, y + 2.6, 0.5), (1.1, 1.1, 1.0), marble)
+    objects.suzanne((x, y + 2.6, 1.9), 1.9, 0, bronze)
 
 
 def build_sky() -> None:
