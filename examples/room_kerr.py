@@ -12,6 +12,7 @@ from pathlib import Path
 import bpy
 import common
 import numpy as np
+import objects
 import room_schwarzschild
 
 SPINS = (0.2, 0.4, 0.6, 0.7, 0.8, 0.9)
@@ -19,7 +20,10 @@ SPINS = (0.2, 0.4, 0.6, 0.7, 0.8, 0.9)
 
 def build(spin: float = 0.9) -> bpy.types.Scene:
     """Makes the room with a hole of the given a/M in the current file and returns its scene."""
-    return room_schwarzschild.build(spin)
+    scene = room_schwarzschild.build(spin)
+    scene.camera.data.lens = 55
+    objects.look_at(scene.camera, room_schwarzschild.CENTER)
+    return scene
 
 
 def contact_sheet(pictures: list[Path], output: Path, columns: int = 3, gap: int = 6) -> None:
