@@ -3,7 +3,7 @@
 #   make render         examples/room_schwarzschild.py: the picture of a room around a black hole
 #   make test           all tests: two versions of Blender, and the C core under sanitizers
 #   make lint           style of Python, and warnings of C as errors
-#   make bench          measures speed and errors (output/bench.md)
+#   make bench          measures speed and errors (output/bench/bench.md)
 #   make package        the installable Blender extension (dist)
 #   make test-blender   installs that in the real Blender application and renders (needs root; not part of `test`)
 #   make clean          removes what all this built, the virtual environments excepted
