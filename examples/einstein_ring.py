@@ -33,7 +33,7 @@ def build() -> bpy.types.Scene:
         location=(0, isotropic_radius(R_SOURCE), 0),
         rotation=(math.pi / 2, 0, 0),
     )
-    objects.place(bpy.context.object, materials.emission("Star", (1.0, 0.85, 0.6), 4.0))
+    objects.place(bpy.context.object, materials.emission("Star", (1.0, 0.85, 0.6), 1.0))
     view = objects.camera((0, -isotropic_radius(R_OBSERVER), 0), (0, 0, 0))
     view.data.sensor_fit, view.data.angle = "HORIZONTAL", FIELD_OF_VIEW
     view.data.clip_end = 1000.0
