@@ -1,5 +1,9 @@
 """Bentlight: a render engine whose light travels through curved spacetime. Registers the add-on's modules in order."""
 
+import atexit
+
+import bpy
+
 from . import compatibility, engine, operators, properties, ui
 
 _MODULES = (properties, operators, engine, ui, compatibility)
@@ -17,9 +21,12 @@ def register() -> None:
     except Exception:
         unregister()
         raise
+    if bpy.app.module:  # Blender 4.5 as a module waits for ever at exit while an operator is registered
+        atexit.register(unregister)
 
 
 def unregister() -> None:
     """Undoes `register`; idempotent."""
+    atexit.unregister(unregister)
     while _registered:
         _registered.pop().unregister()

@@ -7,7 +7,6 @@ The output appears under its name only when it is complete.
 
 import argparse
 import logging
-import os
 import sys
 from pathlib import Path
 
@@ -70,7 +69,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    code = main()
-    logging.shutdown()
-    sys.stdout.flush()
-    os._exit(code)  # Blender's own exit handlers can wait for ever after an error in the 4.5 wheel
+    sys.exit(main())

@@ -1,5 +1,9 @@
 """Registering leaves no trace when it is undone; properties, operators and panels are what scripts rely on."""
 
+import subprocess
+import sys
+from pathlib import Path
+
 import bpy
 import pytest
 
@@ -36,6 +40,15 @@ def test_register_and_unregister_are_clean_and_idempotent():
     blender_addon.register()
     assert everything_of_ours() == registered
     assert registered["menu"] == ["_draw_add_menu"]
+
+
+def test_a_script_that_registers_comes_to_its_end():
+    """Blender 4.5 as a module hangs at exit if operators are still registered after the file was reset."""
+    script = (
+        "import bpy, blender_addon; blender_addon.register(); bpy.ops.wm.read_factory_settings(use_empty=True); exit(7)"
+    )
+    root = Path(blender_addon.__file__).parents[1]
+    assert subprocess.run([sys.executable, "-c", script], cwd=root, timeout=60).returncode == 7
 
 
 def test_a_failing_registration_leaves_nothing(monkeypatch):
