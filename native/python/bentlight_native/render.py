@@ -175,7 +175,7 @@ class RenderMethods:
 
         directions: (n, 3), towards each sun. radiance: (n, 3) linear RGB; a surface that faces the sun receives
         pi * sin(angle / 2)**2 * radiance. angle: scalar or (n,), angular diameter in (0, pi]. visibility: scalar or
-        (n,) bits: camera 1, diffuse 2, glossy 4, transmission 8; Cycles' suns are not seen by the camera (14).
+        (n,) bits: camera 1, diffuse 2, glossy 4, transmission 8.
         """
         directions = np.ascontiguousarray(directions, dtype=np.float64).reshape(-1, 3)
         radiance = np.ascontiguousarray(radiance, dtype=np.float64).reshape(-1, 3)
