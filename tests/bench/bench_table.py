@@ -10,6 +10,8 @@ exist already, as in a renderer. Run on one core (``taskset -c 1``) for numbers 
 import argparse
 import sys
 import time
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -42,22 +44,38 @@ def total_by_agm(delta, is_ellis):
     return np.pi * (1 + np.abs(delta)) / x
 
 
-def line(name, seconds, count, unit_ns, error=None):
-    nanoseconds = seconds / count * 1e9
-    quantiles = "| |" if error is None else f"{np.percentile(error, 95):.1e} | {np.max(error):.1e} |"
-    print(f"| {name} | {nanoseconds:.2f} | {nanoseconds / unit_ns:.4f} | {quantiles}", flush=True)
+@dataclass
+class Lookup:
+    """What one kind of lookup costs and errs (radians; NaN where there is nothing to compare with)."""
+
+    name: str
+    nanoseconds: float
+    p95: float = np.nan
+    p99: float = np.nan
+    largest: float = np.nan
+
+    def row(self, unit_ns: float) -> str:
+        """A row of the Markdown table."""
+        errors = "| |" if np.isnan(self.largest) else f"{self.p95:.1e} | {self.largest:.1e} |"
+        return f"| {self.name} | {self.nanoseconds:.2f} | {self.nanoseconds / unit_ns:.4f} | {errors}"
 
 
-def bench_total(name, table, count, repeat, unit_ns):
+def lookup(name, seconds, count, error=None) -> Lookup:
+    """From the seconds of `count` lookups and the errors of all or some of them."""
+    errors = () if error is None else (*np.percentile(error, (95, 99)), np.max(error))
+    return Lookup(name, seconds / count * 1e9, *errors)
+
+
+def bench_total(name, table, count, repeat) -> Iterator[Lookup]:
     delta = 10 ** np.random.default_rng(1).uniform(-6, 3, count)
     angle = np.empty(count)
     seconds = fastest(lambda: table._core.total(delta, angle), repeat)
     closed = total_by_agm(delta, table.spacetime.kind == "ellis")
     error = np.array([table.measured.total_max]) if closed is None else np.abs(angle - closed)
-    line(f"{name}, total (1 in)", seconds, count, unit_ns, error)
+    yield lookup(f"{name}, total (1 in)", seconds, count, error)
 
 
-def bench_finite(name, table, count, repeat, unit_ns):
+def bench_finite(name, table, count, repeat) -> Iterator[Lookup]:
     """From finite radii beyond the part of the plane that is computed directly; half of the rays pass close by."""
     random = np.random.default_rng(2)
     core = table.spacetime.core_radius
@@ -72,22 +90,55 @@ def bench_finite(name, table, count, repeat, unit_ns):
     seconds = fastest(lambda: table._core.sweep(radius, cosine, sine, fate, swept), repeat)
     traced = trace_rays(table.spacetime, origins, directions, 1e-12, route="endpoint")
     out = np.isfinite(swept) & np.isfinite(traced["swept"]) & (traced["error"] < 1e-10)
-    line(f"{name}, finite radius (2 in)", seconds, count, unit_ns, np.abs(swept - traced["swept"])[out])
+    yield lookup(f"{name}, finite radius (2 in)", seconds, count, np.abs(swept - traced["swept"])[out])
     direction, error = np.empty((count, 3)), np.empty(count)
     seconds = fastest(lambda: table._core.trace(origins, directions, fate, direction, error, swept), repeat)
     apart = angle_between(direction[out], traced["direction"][out])
-    line(f"{name}, point and direction", seconds, count, unit_ns, apart)
+    yield lookup(f"{name}, point and direction", seconds, count, apart)
     points = 20 * core * unit(origins)
     exits, outgoing = np.empty((count, 3)), np.empty((count, 3))
     seconds = fastest(lambda: table._core.cross(points, directions, fate, exits, outgoing), repeat)
-    line(f"{name}, across a lens sphere", seconds, count, unit_ns)
+    yield lookup(f"{name}, across a lens sphere", seconds, count)
 
 
-def bench_images(name, table, count, unit_ns):
+def bench_images(name, table, count) -> Iterator[Lookup]:
     images = SampledTable.from_table(table)
     delta = 10 ** np.random.default_rng(3).uniform(-6, 6, count)
     error = np.abs(images.total(delta) - table.total(delta))
-    line(f"{name}, float32 image of total (numpy)", fastest(lambda: images.total(delta), 3), count, unit_ns, error)
+    yield lookup(f"{name}, float32 image of total (numpy)", fastest(lambda: images.total(delta), 3), count, error)
+
+
+def kerr_line(spin: float) -> str:
+    """Time and error of a map for shaders."""
+    start = time.perf_counter()
+    kerr = KerrMap(Spacetime.kerr(1.0, spin), 20.0, threads=1)
+    seconds = time.perf_counter() - start
+    error = kerr.measure()
+    return (
+        f"Kerr map, spin {spin}, {kerr.shape}: {seconds:.1f} s with its error map; median {error.median:.1e}, "
+        f"95 % {error.p95:.1e}, max {error.maximum:.1e}"
+    )
+
+
+def report(unit_ns: float, count: int = 65536, repeat: int = 30) -> tuple[str, list[Lookup]]:
+    """Everything as Markdown, and the lookups alone. unit_ns: the yardstick's time Y."""
+    lines = [f"Instruction set {instruction_set()}, {count} lookups, Y = {unit_ns:.0f} ns\n"]
+    lookups: list[Lookup] = []
+    for name, spacetime in SPACETIMES.items():
+        build = fastest(lambda spacetime=spacetime: DeflectionTable(spacetime, threads=1), 5)
+        table = DeflectionTable(spacetime, threads=1)
+        numbers = ", ".join(f"{key} {value:.1e}" for key, value in table.measured._asdict().items())
+        mine = [*bench_total(name, table, count, repeat), *bench_finite(name, table, count, repeat)]
+        mine += bench_images(name, table, count)
+        lines += [
+            f"{name}: built in {1e3 * build:.1f} ms on one thread; measured {numbers}\n",
+            "| lookup | ns | Y | p95 error | max error |\n|---|---|---|---|---|",
+            *(each.row(unit_ns) for each in mine),
+            "",
+        ]
+        lookups += mine
+    lines += [kerr_line(spin) + "\n" for spin in (0.5, 0.9, 0.998)]
+    return "\n".join(lines), lookups
 
 
 def main():
@@ -96,27 +147,7 @@ def main():
     parser.add_argument("--repeat", type=int, default=30)
     options = parser.parse_args()
     unit_ns = yardstick_time(Path(__file__).with_name("kerr_yardstick.c"))
-    print(f"Instruction set {instruction_set()}, {options.count} lookups, Y = {unit_ns:.0f} ns\n")
-    for name, spacetime in SPACETIMES.items():
-        build = fastest(lambda spacetime=spacetime: DeflectionTable(spacetime, threads=1), 5)
-        table = DeflectionTable(spacetime, threads=1)
-        numbers = ", ".join(f"{key} {value:.1e}" for key, value in table.measured._asdict().items())
-        print(f"{name}: built in {1e3 * build:.1f} ms on one thread; measured {numbers}")
-        print("\n| lookup | ns | Y | p95 error | max error |\n|---|---|---|---|---|")
-        bench_total(name, table, options.count, options.repeat, unit_ns)
-        bench_finite(name, table, options.count, options.repeat, unit_ns)
-        bench_images(name, table, options.count, unit_ns)
-        print()
-    for spin in (0.5, 0.9, 0.998):
-        start = time.perf_counter()
-        kerr = KerrMap(Spacetime.kerr(1.0, spin), 20.0, threads=1)
-        seconds = time.perf_counter() - start
-        error = kerr.measure()
-        print(
-            f"Kerr map, spin {spin}, {kerr.shape}: {seconds:.1f} s with its error map; median {error.median:.1e}, ",
-            end="",
-        )
-        print(f"95 % {error.p95:.1e}, max {error.maximum:.1e}")
+    print(report(unit_ns, options.count, options.repeat)[0])
 
 
 if __name__ == "__main__":

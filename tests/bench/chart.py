@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, field
 from xml.sax.saxutils import escape
 
-COLORS = ("#4053d3", "#ddb310", "#b51d14", "#00beff", "#fb49b0", "#00b25d", "#7a7a7a", "#8c5a2b")
+COLORS = ("#4053d3", "#ddb310", "#b51d14", "#00beff", "#fb49b0", "#00b25d", "#7a7a7a", "#8c5a2b", "#222222")
 WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 860, 520, 74, 250, 44, 58
 
 

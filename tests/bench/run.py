@@ -7,13 +7,12 @@ import argparse
 import logging
 import os
 import platform
-import subprocess
-import sys
 from datetime import date
 from pathlib import Path
 
 import bench_intersect
 import bench_room
+import bench_table
 import bench_trace
 import bentlight_native
 from chart import Series, log_log_chart
@@ -54,21 +53,21 @@ def rays_section(ordinary: list[bench_trace.Measurement], hard: list[bench_trace
     )
 
 
-def rays_chart(ordinary: list[bench_trace.Measurement], hard: list[bench_trace.Measurement]) -> str:
-    """Time against error: a line for each spacetime and route, a cloud for the hard cases."""
+def rays_chart(
+    ordinary: list[bench_trace.Measurement],
+    hard: list[bench_trace.Measurement],
+    lookups: list[bench_table.Lookup],
+) -> str:
+    """Time against error: a line for each spacetime and route, clouds for the tables and the hard cases."""
     series: dict[tuple[str, str], Series] = {}
     for m in ordinary:
         series.setdefault((m.name, m.route), Series(f"{m.name}, {m.route}")).points.append((m.p99, m.nanoseconds))
     for route in ("taylor", "auto"):
         points = [(m.p99, m.nanoseconds) for m in hard if m.route == route]
         series["hard", route] = Series(f"hard cases, {route}", points, is_cloud=True)
+    points = [(each.p99, each.nanoseconds) for each in lookups]
+    series["table", ""] = Series("deflection tables", points, is_cloud=True)
     return log_log_chart("Curved rays", "99th percentile of the error (rad)", "ns a ray", list(series.values()))
-
-
-def tables_section() -> str:
-    """What bench_table.py prints."""
-    done = subprocess.run([sys.executable, HERE / "bench_table.py"], capture_output=True, text=True, check=True)
-    return "## Deflection tables\n\n" + done.stdout
 
 
 def intersect_section() -> str:
@@ -113,17 +112,17 @@ def main() -> None:
     log.info("rays")
     y = bench_trace.yardstick_time(HERE / "kerr_yardstick.c")
     ordinary, hard = list(bench_trace.ordinary()), list(bench_trace.hard())
-    sections = [rays_section(ordinary, hard, y)]
-    for name, section in (("tables", tables_section), ("intersections", intersect_section)):
-        log.info(name)
-        sections.append(section())
+    log.info("tables")
+    tables, lookups = bench_table.report(y)
+    log.info("intersections")
+    sections = [rays_section(ordinary, hard, y), "## Deflection tables\n\n" + tables, intersect_section()]
     log.info("room")
     os.sched_setaffinity(0, cores)
     sections.append(room_section(bench_room.measure()))
 
     args.output.mkdir(parents=True, exist_ok=True)
     head = f"# Bentlight, measured\n\n{date.today()}, {processor()}, {bentlight_native.instruction_set()}.\n"
-    (args.output / "rays.svg").write_text(rays_chart(ordinary, hard))
+    (args.output / "rays.svg").write_text(rays_chart(ordinary, hard, lookups))
     (args.output / "bench.md").write_text("\n".join([head, *sections]))
     log.info("%s", args.output / "bench.md")
 
