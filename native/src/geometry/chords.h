@@ -1,9 +1,11 @@
 /* Cutting an arc into chords, and asking Embree for each: the inner loop of the curved kernel.
  *
  * A chord may stray from the arc by the ray's tolerance. How far it does is measured at its middle: on so short a piece an
- * arc is nearly a parabola, whose largest distance from the chord is y / (4 s (1 - s)) if it is y at the fraction s. The
- * next chord is chosen from the last by the square-root law of that distance. Where a chord with all that strays from it
- * misses the bounding sphere of the geometry, it is not asked for, and may be long.
+ * arc is nearly a parabola, whose largest distance from the chord is y / (4 s (1 - s)) if it is y at the fraction s. So
+ * that chords may be long, they do not end on the arc but outside it, where the next one begins: both ends then stray to
+ * the outside as far as the middle does to the inside, each by half of what the middle alone would. Chords of the sqrt 2
+ * fold length do. The next chord is chosen from the last by the square-root law of that distance. Where a chord with all
+ * that strays from it misses the bounding sphere of the geometry, it is not asked for, and may be long.
  */
 #ifndef BENT_GEOMETRY_CHORDS_H
 #define BENT_GEOMETRY_CHORDS_H
@@ -14,36 +16,61 @@
 /* Trials of one chord; each shortens it by at least a tenth. */
 #define TRIALS_MAX 100
 
-/* A chord from m->here at one offset to `end` at another. */
+/* With u the distance of the arc's middle from a chord that ends on the arc: moving that end outward by u END_SHIFT leaves
+ * the middle as far inside. Were the begin on the arc, the largest distance, beside the middle, would be u STRAY_SHIFTED. */
+#define END_SHIFT (2.0 / 3)
+#define STRAY_SHIFTED 0.7
+/* An arc more curved than that, in distance from the chord over its length (about 10 degrees from end to end), is too
+ * little like a parabola; then the chord ends on it. */
+#define SHIFTED_MAX 0.02
+/* The largest distance from a chord both of whose ends are shifted so, in sagittas of the arc. */
+#define STRAY_SAGITTAS (0.75 * STRAY_SHIFTED)
+
+/* A chord from m->here, at one offset, to end + shift, at another. */
 typedef struct chord {
-  lanes end[3], span[3], size; /* size = |span| */
+  lanes end[3], shift[3]; /* a point of the arc; how far outside it the chord ends */
+  lanes span[3], size;    /* size = |span|, to second order in the shift */
+  lanes sagitta, length;  /* of the arc, world units */
   lanes stray, allowed;
   lanes_mask unseen;
 } chord;
 
-LANES_INLINE chord chord_measure(const march *m, const arc *arc, lanes from, lanes to)
+/* `exact`: lanes whose chord must end on the arc. */
+LANES_INLINE chord chord_measure(const march *m, const arc *arc, lanes from, lanes to, lanes_mask exact)
 {
   chord c;
-  lanes middle[3], center[3], off[3], across[3];
+  lanes middle[3], center[3], off[3], straight[3];
   march_position(m, arc, 0.5 * (from + to), middle);
   march_position(m, arc, to, c.end);
   const double to_center[3] = {m->g->center.x, m->g->center.y, m->g->center.z};
   for (int k = 0; k < 3; k++) {
     c.span[k] = c.end[k] - m->here[k];
+    straight[k] = c.span[k] + m->shift[k];
     off[k] = middle[k] - m->here[k];
     center[k] = to_center[k] - m->here[k];
   }
-  const lanes size2 = lanes_max(lanes_dot(c.span, c.span), lanes_all(1e-300));
-  for (int k = 0; k < 3; k++)
-    across[k] = off[(k + 1) % 3] * c.span[(k + 2) % 3] - off[(k + 2) % 3] * c.span[(k + 1) % 3];
+  const lanes size2 = lanes_max(lanes_dot(c.span, c.span), lanes_all(1e-300)), along = lanes_dot(off, c.span) / size2;
+  const lanes part = lanes_clamp(along, 0.02, 0.98), largest = 0.25 / (part * (1 - part));
+  for (int k = 0; k < 3; k++) off[k] = largest * (off[k] - along * c.span[k]);
+  const lanes stray = lanes_sqrt(lanes_dot(off, off));
   c.size = lanes_sqrt(size2);
-  const lanes part = lanes_clamp(lanes_dot(off, c.span) / size2, 0.02, 0.98);
-  c.stray = lanes_sqrt(lanes_dot(across, across)) / c.size * (0.25 / (part * (1 - part)));
   const lanes nearest = lanes_clamp(lanes_dot(center, c.span) / size2, 0, 1);
   for (int k = 0; k < 3; k++) center[k] -= nearest * c.span[k];
-  const lanes reach = m->g->radius + 2 * c.stray;
+  const lanes reach = m->g->radius + 2 * stray;
   c.unseen = (lanes_dot(center, center) > reach * reach) | m->blind | lanes_mask_all(m->g->radius < 0);
   c.allowed = lanes_select(c.unseen, lanes_max(STRAY_UNSEEN * c.size, m->tolerance), m->tolerance);
+  exact |= c.unseen | (stray > SHIFTED_MAX * c.size);
+  c.stray = lanes_select(exact, stray, STRAY_SHIFTED * stray);
+  const lanes share = lanes_select(exact, lanes_all(0), lanes_all(END_SHIFT));
+  lanes bow[3];
+  for (int k = 0; k < 3; k++) {
+    c.shift[k] = share * off[k];
+    c.span[k] += c.shift[k];
+    bow[k] = off[k] + 0.5 * m->shift[k];
+  }
+  const lanes sagitta2 = lanes_dot(bow, bow), base = lanes_sqrt(lanes_dot(straight, straight));
+  c.sagitta = lanes_sqrt(sagitta2);
+  c.length = base + 8.0 / 3 * sagitta2 / (base + 1e-300); /* of a flat parabola */
   return c;
 }
 
@@ -53,13 +80,20 @@ LANES_INLINE lanes_mask chord_returns(const march *m, const chord *c)
   return m->leaving & (lanes_dot(c->span, m->source) <= 0);
 }
 
+/* Lanes whose chord leads to the throat, where the ray goes on elsewhere from just that point. */
+LANES_INLINE lanes_mask chord_is_last(const march *m, lanes to, lanes limit)
+{
+  return lanes_mask_all(m->space.kind == BENT_ELLIS) & (to >= limit);
+}
+
 /* The longest good chord of each walking lane: from `from` to at most `*to`, which is shortened. */
-LANES_INLINE chord chord_choose(const march *m, const arc *arc, lanes from, lanes *to, lanes_mask walking)
+LANES_INLINE chord chord_choose(const march *m, const arc *arc, lanes from, lanes *to, lanes limit,
+                                lanes_mask walking)
 {
   chord c;
   const lanes least = 1e-12 * (*to - from);
   for (int trial = 0; trial < TRIALS_MAX; trial++) {
-    c = chord_measure(m, arc, from, *to);
+    c = chord_measure(m, arc, from, *to, chord_is_last(m, *to, limit));
     const lanes_mask strays = c.stray > c.allowed, returns = chord_returns(m, &c);
     const lanes_mask again = walking & (strays | returns) & (*to - from > least);
     if (!lanes_any(again)) break;
@@ -136,7 +170,7 @@ LANES_INLINE void chords_walk(march *m, const arc *arc, lanes limit, lanes_mask 
     /* two even chords rather than a long and a short one */
     lanes to = from + lanes_select(m->delta >= rest, rest, lanes_min(m->delta, 0.5 * rest));
     to = lanes_select(walking, lanes_select(m->delta >= rest, limit, to), from);
-    chord c = chord_choose(m, arc, from, &to, walking);
+    chord c = chord_choose(m, arc, from, &to, limit, walking);
     lanes_mask edge = {0};
     if (!m->endless) {
       lanes outward[3];
@@ -144,10 +178,10 @@ LANES_INLINE void chords_walk(march *m, const arc *arc, lanes limit, lanes_mask 
       edge = walking & (lanes_dot(outward, outward) > radius2);
       if (lanes_any(edge)) {
         to = lens_edge(m, arc, from, to, edge);
-        c = chord_measure(m, arc, from, to);
+        c = chord_measure(m, arc, from, to, edge | chord_is_last(m, to, limit));
       }
     }
-    const lanes growth = lanes_clamp(0.9 * lanes_sqrt(c.allowed / (c.stray + 1e-300)), 0.1, 4);
+    const lanes growth = lanes_clamp(0.9 * lanes_sqrt(c.allowed / (STRAY_SAGITTAS * c.sagitta + 1e-300)), 0.1, 4);
     m->delta = lanes_select(walking & ~edge, growth * (to - from), m->delta);
     const unsigned asked = lanes_bits(walking & ~c.unseen);
     unsigned hit = 0;
@@ -160,11 +194,12 @@ LANES_INLINE void chords_walk(march *m, const arc *arc, lanes limit, lanes_mask 
     const lanes_mask found = lanes_mask_from_bits(hit);
     out->edge |= lanes_bits(edge & ~found);
     out->offset = lanes_select(walking, to, out->offset);
-    /* of a flat parabola with that much stray */
-    const lanes length = c.size + 8.0 / 3 * c.stray * c.stray / (c.size + 1e-300);
-    m->length += lanes_select(walking & ~found, length, lanes_all(0));
+    m->length += lanes_select(walking & ~found, c.length, lanes_all(0));
     m->leaving &= ~walking;
-    for (int k = 0; k < 3; k++) m->here[k] = lanes_select(walking & ~found, c.end[k], m->here[k]);
+    for (int k = 0; k < 3; k++) {
+      m->here[k] = lanes_select(walking & ~found, c.end[k] + c.shift[k], m->here[k]);
+      m->shift[k] = lanes_select(walking & ~found, c.shift[k], m->shift[k]);
+    }
     from = lanes_select(walking, to, from);
     walking &= ~found & ~edge & (to < limit);
   }

@@ -69,6 +69,7 @@ static void refill(march *m)
     m->tolerance[lane] = ray->tolerance;
     m->arc_tolerance[lane] = series_tolerance(m, ray);
     set_lane_vec3(m->here, lane, t->position);
+    set_lane_vec3(m->shift, lane, v3(0, 0, 0));
     m->length[lane] = m->hits[target].length;
     m->delta[lane] = INFINITY;
     m->blind[lane] = m->g->radius < 0 ? -1 : 0;

@@ -56,6 +56,13 @@ LANES_INLINE lanes plane_crossing(const march *m, const arc *arc, const planes *
   return x1;
 }
 
+/* How far along the chord a point beside it is. */
+static double length_along(const outcome *out, int lane, vec3 point)
+{
+  const vec3 span = lane_vec3(out->span, lane);
+  return v3_dot(v3_sub(point, lane_vec3(out->begin, lane)), span) / v3_length(span);
+}
+
 /* Looks again where the arc leaves the first triangle's plane beside it: on a chord so short that it is the arc. */
 static unsigned look_again(const march *m, const arc *arc, unsigned again, lanes offset, double part, outcome *out)
 {
@@ -75,7 +82,7 @@ static unsigned look_again(const march *m, const arc *arc, unsigned again, lanes
     found f;
     if (!(high[lane] > low[lane]) || !geometry_query(m->g, &q, &f)) continue;
     out->found[lane] = f;
-    out->from[lane] += v3_length(v3_sub(q.start, lane_vec3(out->begin, lane)));
+    out->from[lane] += length_along(out, lane, q.start);
     out->low[lane] = low[lane], out->high[lane] = high[lane];
     set_lane_vec3(out->begin, lane, q.start);
     set_lane_vec3(out->span, lane, q.span);
@@ -98,7 +105,7 @@ static int settle(march *m, const outcome *out, const triangle *t, int lane, int
   hit->barycentric[0] = b[0], hit->barycentric[1] = b[1];
   const vec3 position = triangle_point(t, b);
   v3_to(hit->position, position);
-  hit->length = out->from[lane] + v3_length(v3_sub(position, lane_vec3(out->begin, lane)));
+  hit->length = out->from[lane] + length_along(out, lane, position);
   return outside;
 }
 

@@ -25,7 +25,8 @@ typedef struct march {
   uint32_t target[LANES];
   lanes steps;
   lanes tolerance, arc_tolerance; /* of chords, world units; of the series, radians */
-  lanes here[3];     /* world position at the beginning of the arc */
+  lanes here[3];     /* where the next chord begins, world */
+  lanes shift[3];    /* how far that is off the arc */
   lanes length;      /* so far, world units */
   lanes delta;       /* next chord to try, Mino time */
   lanes_mask blind;  /* nothing more to be hit */
