@@ -4,13 +4,8 @@
 #include "geometry/landing.h"
 #include "geometry/march.h"
 
-/* A ray whose error estimate is larger (and larger than its tolerance) is unresolved: its direction would be noise. */
-#define ERROR_MAX 0.1
-/* More arcs than any ray needs that double precision can resolve. */
-#define STEPS_MAX 2000
-/* The truncation error per arc, in units of the wanted error: a ray has 5 to 20 arcs and their errors add up. */
-#define ARC_SHARE 0.2
-#define ARC_ORDER 12
+/* Chords need no better series. */
+#define ARC_ORDER ARC_ORDER_LOW
 
 /* w = 1/r of a chart radius; positions with smaller w lie outside the sphere of that radius. */
 static double w_of_radius(const arc_space *s, double radius)
@@ -242,7 +237,7 @@ static void report(march *m, const outcome *out, endings ends, const lanes direc
     hit->swept += m->ray.swept[lane];
     if (ends.stopped >> lane & 1) report_stop(m, out, lane, direction);
     else {
-      const int accurate = error[lane] <= fmax(m->rays[m->target[lane]].angular_tolerance, ERROR_MAX);
+      const int accurate = error[lane] <= fmax(m->rays[m->target[lane]].angular_tolerance, ARC_ERROR_MAX);
       report_end(m, lane, ends.resolved >> lane & 1 && accurate, asymptote);
     }
   }
@@ -263,7 +258,7 @@ static void march_arc(march *m)
   arc arc;
   arc_expand_to(&m->space, &m->ray, m->arc_tolerance, ARC_ORDER, &arc);
   arc_land(&m->space, &m->ray, &arc);
-  const lanes_mask stuck = ~(arc.step >= 0) | (m->steps >= STEPS_MAX) | (m->ray.depth < 1e-15);
+  const lanes_mask stuck = ~(arc.step >= 0) | (m->steps >= ARC_STEPS_MAX) | (m->ray.depth < 1e-15);
   arc.step = lanes_select(stuck, lanes_all(0), arc.step);
   plan p = plan_arc(m, &arc);
   const lanes_mask busy = lanes_mask_from_bits(m->busy), leaving = m->leaving;

@@ -51,11 +51,6 @@ static bent_status place(lens *out, size_t index, const double matrix[4][4], ben
   return BENT_OK;
 }
 
-static int is_flat(const bent_spacetime *s)
-{
-  return s->kind == BENT_MINKOWSKI || (s->kind != BENT_ELLIS && s->mass == 0);
-}
-
 /* Radius 0 asks for the default: the whole of space for a lone object, else what its neighbors leave, half-way where
  * a neighbor has the default too. */
 static double default_radius(size_t count, const bent_spacetime_object *objects, const lens *lenses, size_t i)
@@ -122,7 +117,7 @@ bent_status bent_scene_set_spacetimes(bent_scene *scene, size_t count, const ben
     status = place(&lenses[i], i, objects[i].world_from_spacetime, error);
     lenses[i].spacetime = objects[i].spacetime;
     lenses[i].exit = objects[i].exit;
-    lenses[i].flat = is_flat(&objects[i].spacetime);
+    lenses[i].flat = bent_spacetime_is_flat(&objects[i].spacetime);
     if (!status && !(objects[i].sphere_radius >= 0))
       status = bent_fail(error, BENT_ERROR_ARGUMENT, "spacetime object %zu: sphere_radius must not be negative or NaN", i);
   }

@@ -61,6 +61,10 @@ enum { ARC_ORDER_LOW = 12, ARC_ORDER_MAX = 20 };
 #define ARC_LOW_TOLERANCE 1e-9
 /* The truncation error to allow an arc of a ray, in units of the error wanted of the ray: it has 5 to 20 arcs. */
 #define ARC_SHARE 0.2
+/* A ray whose error estimate is larger (and larger than its tolerance) is unresolved: its direction would be noise. */
+#define ARC_ERROR_MAX 0.1
+/* More arcs than any ray needs that double precision can resolve. */
+#define ARC_STEPS_MAX 2000
 
 /* The series of an arc: Schwarzschild has the first, Ellis w, side and rate (v), Kerr all five. */
 enum { ARC_W, ARC_NX, ARC_NY, ARC_NZ, ARC_DRAG, ARC_SERIES_COUNT, ARC_SIDE = ARC_NX, ARC_RATE = ARC_NY };

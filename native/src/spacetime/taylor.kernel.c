@@ -3,10 +3,6 @@
 
 #include "spacetime/arc.h"
 
-/* A ray whose error estimate is larger (and larger than its tolerance) is unresolved: its direction would be noise. */
-#define ERROR_MAX 0.1
-/* More arcs than any ray needs that double precision can resolve. */
-#define STEPS_MAX 2000
 /* Ended lanes wait until this many can be landed together, which costs as much as one. */
 #define LAND_TOGETHER (LANES / 2)
 /* Looser tolerances than this save nothing and would leave the fates to chance. */
@@ -69,7 +65,7 @@ static void report(march *m, unsigned ended, unsigned resolved)
   lanes direction[3];
   arc_asymptote(&m->space, &m->ray, direction);
   const lanes error = arc_error(&m->space, &m->ray, m->steps) + ARC_SHARE * m->tolerance;
-  const unsigned good = resolved & lanes_bits(error <= fmax(m->tolerance, ERROR_MAX));
+  const unsigned good = resolved & lanes_bits(error <= fmax(m->tolerance, ARC_ERROR_MAX));
   const unsigned doomed = lanes_bits(m->ray.doomed), far = lanes_bits(m->ray.side < 0);
   for (int lane = 0; lane < LANES; lane++) {
     if (!(ended >> lane & 1)) continue;
@@ -93,7 +89,7 @@ LANES_INLINE void march_arc(march *m, int order)
   /* inside the barrier a falling ray can turn only behind the horizon */
   const lanes_mask turned = doomed & (m->ray.v > 0) & (slope <= 0) & (end > m->ray.peak);
   const lanes_mask escapes = end <= 0, falls = (end >= bottom) | turned;
-  const lanes_mask stuck = ~((end <= 0) | (end > 0)) | (m->steps >= STEPS_MAX) | (m->ray.depth < 1e-15);
+  const lanes_mask stuck = ~((end <= 0) | (end > 0)) | (m->steps >= ARC_STEPS_MAX) | (m->ray.depth < 1e-15);
   const lanes_mask ends = escapes | falls | stuck;
   const unsigned over = lanes_bits(ends) & m->busy;
   lanes offset = lanes_select(ends, lanes_all(0), arc.step);
