@@ -26,7 +26,9 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Undoes `register`; idempotent."""
+    """Undoes `register`; idempotent. Refuses during a render: Blender crashes when its engine disappears."""
+    if any(bpy.app.is_job_running(job) for job in ("RENDER", "RENDER_PREVIEW")):
+        raise RuntimeError("Bentlight cannot be disabled while Blender renders; stop the render and try again")
     atexit.unregister(unregister)
     while _registered:
         _registered.pop().unregister()

@@ -23,8 +23,9 @@ _POLL = 0.05  # seconds between looks at the user's wish to stop
 _STATUS_INTERVAL = 0.5  # seconds between status lines
 _TILE_SIZES = (64, 32, 16)
 _TILES_PER_THREAD = 8  # at least, so that no thread idles long at the end
+_TILE_PATHS = 1 << 20  # at most, about a second's work, so that the picture grows before the user's eyes
 _FILTER_WIDTHS = 0.01, 30.0  # pixels, that the core takes; Blender lets users set any
-_PREVIEW_SAMPLES, _PREVIEW_BOUNCES = 16, 4
+_PREVIEW_SAMPLES, _PREVIEW_BOUNCES = 32, 4
 # The whole support of a filter over Blender's filter size, as Cycles has it (intern/cycles/scene/film.cpp).
 _FILTER_SUPPORT = {"BLACKMAN_HARRIS": 2.0, "GAUSSIAN": 3.0, "BOX": 1.0}
 
@@ -34,7 +35,7 @@ def render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> No
 
     Blender would swallow an exception and call the render finished.
     """
-    reporter = Reporter(engine.report)
+    reporter = Reporter(engine.report, quiet=engine.is_preview)  # a preview's scene is not the user's
     try:
         for view in _views(depsgraph.scene):
             _ViewRender(engine, depsgraph, reporter, view).run()
@@ -114,7 +115,9 @@ class _ViewRender:
             self._engine.active_view_set(self._view)
         self._engine.update_stats("", "Reading the scene")
         self._add_passes()
-        native = build_scene(read_scene(self._depsgraph, self._read_camera(), self._reporter))
+        # Blender lights its previews by small lamps, which scattering alone finds too rarely.
+        data = read_scene(self._depsgraph, self._read_camera(), self._reporter, studio=self._engine.is_preview)
+        native = build_scene(data)
         if self._engine.test_break():
             self._write_nothing()
             return
@@ -143,16 +146,16 @@ class _ViewRender:
             self._engine.camera_shift_x(camera),
         )
 
-    def _tiles(self, threads: int) -> list[Tile]:
-        pixels = self._border[2] * self._border[3]
-        size = next((s for s in _TILE_SIZES if pixels >= s * s * threads * _TILES_PER_THREAD), _TILE_SIZES[-1])
+    def _tiles(self, threads: int, samples: int) -> list[Tile]:
+        largest = min(self._border[2] * self._border[3] / (threads * _TILES_PER_THREAD), _TILE_PATHS / samples)
+        size = next((size for size in _TILE_SIZES if size * size <= largest), _TILE_SIZES[-1])
         return spiral_tiles(*self._border, size)
 
     def _render_tiles(self, native: bentlight_native.Scene) -> None:
         threads = self._scene.render.threads
         channels = [item.channel for item in self._passes]
         settings = render_settings(self._scene, self._view_layer, self._engine.is_preview)
-        session = Session(native, settings, self._tiles(threads), channels, threads)
+        session = Session(native, settings, self._tiles(threads, settings.sample_count), channels, threads)
         written = False
         for finished in session.finished(_POLL):
             if finished:

@@ -12,16 +12,17 @@ class RenderError(Exception):
 class Reporter:
     """Passes warnings on, each text once.
 
-    `send(level, text)` is Blender's `report` with level in {'INFO', 'WARNING', 'ERROR'}.
+    `send(level, text)` is Blender's `report` with level in {'INFO', 'WARNING', 'ERROR'}. A quiet one keeps warnings.
     """
 
-    def __init__(self, send: Callable[[set[str], str], None]) -> None:
+    def __init__(self, send: Callable[[set[str], str], None], quiet: bool = False) -> None:
         self._send = send
+        self._quiet = quiet
         self._said: set[str] = set()
 
     def warn(self, text: str) -> None:
         """Something is not as the user may expect, but the render goes on."""
-        if text in self._said:
+        if self._quiet or text in self._said:
             return
         self._said.add(text)
         self._send({"WARNING"}, text)

@@ -14,10 +14,11 @@ import bpy
 import numpy as np
 
 from ..report import Reporter
-from .scene_data import MeshData, SunData
+from .scene_data import MeshData, SunData, Visibility
 
 _DISK_SIDES = 64
 _SPHERE_SUBDIVISIONS = 3
+_STAND_IN_ANGLE = np.radians(120)
 
 
 @dataclass
@@ -44,6 +45,15 @@ def read_sun(light: bpy.types.Light, world_from_light: np.ndarray, reporter: Rep
     irradiance_factor = np.pi * np.sin(angle / 2) ** 2 if light.normalize else 1.0
     radiance = _strength(light, reporter) / irradiance_factor
     return SunData(direction=tuple(axis), radiance=tuple(radiance), angle=angle)
+
+
+def read_distant(light: bpy.types.Light, world_from_light: np.ndarray, reporter: Reporter) -> SunData:
+    """A stand-in for a small area light: wide and far away, with the same light at the origin if it faces that."""
+    place = world_from_light[:3, 3]
+    distance = max(np.linalg.norm(place), 1e-3)
+    irradiance = _strength(light, reporter) / (np.pi * distance**2)
+    radiance = irradiance / (np.pi * np.sin(_STAND_IN_ANGLE / 2) ** 2)
+    return SunData(tuple(place / distance), tuple(radiance), _STAND_IN_ANGLE, Visibility.ALL & ~Visibility.CAMERA)
 
 
 def read_shape(light: bpy.types.Light, world_from_light: np.ndarray, reporter: Reporter) -> LightShape | None:

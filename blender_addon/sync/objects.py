@@ -12,11 +12,18 @@ from .scene_data import CameraData, InstanceData, MeshData, SceneData, Visibilit
 
 _SINGULAR = 1e-12  # of the volume of the box that the matrix's columns could span
 _UNSUPPORTED_TYPES = {"CURVES": "hair", "POINTCLOUD": "point clouds", "VOLUME": "volumes"}
+_STUDIO_FLOOR = "FloorHidden"  # the material by whose name Blender's own engines know it
 
 
-def read_scene(depsgraph: bpy.types.Depsgraph, camera: CameraData, reporter: Reporter) -> SceneData:
-    """Everything that the view layer of `depsgraph` shows. Raises RenderError for what cannot be rendered."""
-    reader = _SceneReader(depsgraph, camera, reporter)
+def read_scene(
+    depsgraph: bpy.types.Depsgraph, camera: CameraData, reporter: Reporter, studio: bool = False
+) -> SceneData:
+    """Everything that the view layer of `depsgraph` shows. Raises RenderError for what cannot be rendered.
+
+    In a studio, where Blender's previews are taken, area lights are replaced by wide, distant ones, and the floor that
+    hides from the camera is left out: less noise in small pictures of a few samples.
+    """
+    reader = _SceneReader(depsgraph, camera, reporter, studio)
     for instance in depsgraph.object_instances:
         reader.add(instance)
     return reader.finish()
@@ -25,8 +32,9 @@ def read_scene(depsgraph: bpy.types.Depsgraph, camera: CameraData, reporter: Rep
 class _SceneReader:
     """Collects SceneData; stores no Blender data beyond one walk over the depsgraph."""
 
-    def __init__(self, depsgraph: bpy.types.Depsgraph, camera: CameraData, reporter: Reporter) -> None:
+    def __init__(self, depsgraph: bpy.types.Depsgraph, camera: CameraData, reporter: Reporter, studio: bool) -> None:
         self._reporter = reporter
+        self._studio = studio
         self._view_layer = depsgraph.view_layer_eval
         self._data = SceneData(camera=camera)
         self._meshes: dict[int, tuple[int, list] | None] = {}
@@ -41,6 +49,8 @@ class _SceneReader:
         matrix = np.array(instance.matrix_world, dtype=np.float64, order="C")
         if obj.bentlight.kind != "NONE":
             self._add_spacetime(instance, matrix)
+        if self._studio and _STUDIO_FLOOR in obj.material_slots:
+            return
         if not instance.show_self or obj.type not in {"MESH", "LIGHT", *_UNSUPPORTED_TYPES}:
             return
         if not np.isfinite(matrix).all():
@@ -143,6 +153,8 @@ class _SceneReader:
         visibility = self._visibility(obj, parent)
         if light.needs_light_sampling(lamp):
             self._unseen_lamps.append(obj.name)
+        elif self._studio and lamp.type == "AREA":
+            self._data.suns.append(light.read_distant(lamp, matrix, self._reporter))
         elif lamp.type == "SUN":
             sun = light.read_sun(lamp, matrix, self._reporter)
             sun.visibility = visibility & Visibility.ALL

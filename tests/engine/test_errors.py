@@ -140,7 +140,7 @@ def test_a_missing_image_file(tmp_path):
 def test_a_bug_is_reported_not_swallowed(tmp_path, monkeypatch):
     stage.add_camera()
 
-    def broken(*_arguments):
+    def broken(*_arguments, **_settings):
         raise KeyError("a slip of the pen")
 
     monkeypatch.setattr(final, "read_scene", broken)

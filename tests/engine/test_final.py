@@ -242,5 +242,5 @@ def test_a_preview_of_a_material_is_quick():
     scene = simple_scene()
     scene.bentlight.samples, scene.bentlight.max_bounces = 4096, 64
     found = final.render_settings(scene, bpy.context.view_layer, is_preview=True)
-    assert found.sample_count <= 16
+    assert found.sample_count <= 32
     assert found.max_bounces <= 4
