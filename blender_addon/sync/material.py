@@ -21,7 +21,7 @@ from bentlight_native import Program, ProgramBuilder
 from ..report import Reporter
 from .images import ImageTable, Pixels
 from .nodes import shaders, textures, values  # noqa: F401  (they register their nodes)
-from .nodes.compiler import LUMINANCE, Compiler, Scope
+from .nodes.compiler import LUMINANCE, Compiler
 
 
 class Compiled(NamedTuple):
@@ -40,7 +40,7 @@ def compile_material(material: Any, images: ImageTable) -> Compiled:
         _viewport_surface(compiler, material)
     else:
         _compile_output(compiler, tree)
-    return Compiled(compiler.builder.build(), compiler.warnings, frozenset(compiler.uv_maps))
+    return Compiled(compiler.builder.build(compiler.owner), compiler.warnings, frozenset(compiler.uv_maps))
 
 
 def compile_world(world: Any, images: ImageTable) -> Compiled:
@@ -52,7 +52,7 @@ def compile_world(world: Any, images: ImageTable) -> Compiled:
         compiler.emit("emission", constant(1.0), constant(tuple(world.color)), constant(1.0))
     else:
         _compile_output(compiler, tree)
-    return Compiled(compiler.builder.build(), compiler.warnings, frozenset(compiler.uv_maps))
+    return Compiled(compiler.builder.build(compiler.owner), compiler.warnings, frozenset(compiler.uv_maps))
 
 
 def _luminance() -> tuple[float, float, float]:
@@ -74,7 +74,7 @@ def _compile_output(compiler: Compiler, tree: Any) -> None:
         socket = output.inputs.get(name)
         if socket is not None and socket.is_linked:
             compiler.warn(output, f"'{name}' is not supported yet; left out")
-    compiler.shade(Scope(), output.inputs["Surface"], compiler.builder.constant(1.0))
+    compiler.surface(output.inputs["Surface"])
 
 
 def _viewport_surface(compiler: Compiler, material: Any) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import bentlight_native
 import numpy as np
 
@@ -11,13 +13,13 @@ from .scene_data import CameraData, InstanceData, SceneData, SpacetimeData, SunD
 
 
 def build_scene(data: SceneData) -> bentlight_native.Scene:
-    """A committed native scene. Raises RenderError for spacetime objects that cannot be."""
+    """A committed native scene. Raises RenderError for materials and spacetime objects that cannot be."""
     scene = bentlight_native.Scene()
     for image in data.images:
         scene.add_image(*image)
     for material in data.materials:
-        scene.add_material(material)
-    scene.set_world(data.world)
+        _set_program(scene.add_material, material)
+    _set_program(scene.set_world, data.world)
     for mesh in data.meshes:
         scene.add_mesh(
             mesh.vertices,
@@ -41,6 +43,13 @@ def set_camera(scene: bentlight_native.Scene, camera: CameraData) -> None:
     scene.set_camera(
         camera.kind, camera.world_from_camera, camera.window, camera.clip_start, camera.clip_end, **camera.panorama
     )
+
+
+def _set_program(setter: Callable, program: bentlight_native.Program | None) -> None:
+    try:
+        setter(program)
+    except ValueError as error:
+        raise RenderError(f"{program.owner}: {error}") from error
 
 
 def _add_instance(scene: bentlight_native.Scene, instance: InstanceData) -> None:

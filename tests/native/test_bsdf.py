@@ -193,6 +193,28 @@ def test_emission_of_a_lobe_stack():
     np.testing.assert_allclose(SCENE.shade(index)["emission"], [[0.25, 0.5, 0.75]], rtol=1e-12)
 
 
+@pytest.mark.parametrize("count", [33, 1000])
+def test_any_number_of_lobes_is_sampled(count):
+    """Diffuse lobes with three colors in turn, each with an equal part: none is left out, whatever their number."""
+    lobes = [diffuse(tuple(np.eye(3)[k % 3]), weight=1 / count) for k in range(count)]
+    index = material(*lobes)
+    parts = np.bincount(np.arange(count) % 3) / count
+    np.testing.assert_allclose(SCENE.shade(index)["albedo"], [parts], rtol=1e-12)
+    drawn = SCENE.draw_bsdf(index, uniform(1000, 9))
+    np.testing.assert_allclose(drawn.weight, np.tile(parts, (1000, 1)), rtol=1e-12)
+
+
+def test_any_number_of_mirrors_is_drawn_by_their_parts():
+    """Of 100 mirrors on each side of the diffuse lobe, the colored ones come as often as they weigh."""
+    mirrors = [glossy(weight=0.9 / 200, roughness=0.0, color=(1.0, 1.0 - k % 2, 1.0)) for k in range(200)]
+    index = material(*mirrors[:100], diffuse(weight=0.1), *mirrors[100:])
+    drawn = SCENE.draw_bsdf(index, uniform(50_000, 10))
+    for lobe, share in ((DIFFUSE, 0.1), (GLOSSY, 0.9)):
+        seen = drawn.weight[:, 1] * (drawn.lobe == lobe)
+        expected = share * (1.0 if lobe == DIFFUSE else 0.5)
+        assert abs(seen.mean() - expected) < 4.5 * seen.std() / np.sqrt(len(seen))
+
+
 def test_black_absorbs():
     for closure in (diffuse(0.0), glossy(0.0), transparent(0.0), diffuse(weight=0.0)):
         drawn = SCENE.draw_bsdf(material(closure), uniform(10))

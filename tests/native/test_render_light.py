@@ -51,6 +51,14 @@ def test_furnace_is_exact():
     assert (channels["emission"] == 0.5).all()
 
 
+def test_furnace_of_many_lobes():
+    """The same with the albedo cut into 300 lobes."""
+    scene = inside_sphere(*[diffuse(np.divide(GRAY, 300))] * 300, emission(GRAY))
+    scene.commit()
+    channels, _ = render(scene, 4, 4, samples=2, max_bounces=60, diffuse_bounces=60, roulette_start=60)
+    np.testing.assert_allclose(channels["combined"][..., :3], 1, rtol=1e-6)
+
+
 def test_furnace_with_roulette():
     scene = inside_sphere(diffuse((0.8, 0.8, 0.8)), emission((0.2, 0.2, 0.2)))
     scene.commit()

@@ -9,6 +9,8 @@ from value_cases import empty_tree, new
 from blender_addon.report import RenderError, Reporter
 from blender_addon.sync.images import ImageTable, image_pixels
 from blender_addon.sync.material import MaterialTable, compile_material
+from blender_addon.sync.native import build_scene
+from blender_addon.sync.scene_data import CameraData, SceneData
 
 
 @pytest.fixture(autouse=True)
@@ -176,3 +178,43 @@ def test_shaders_inside_groups_and_mixes():
     result, warnings = shade(make_material(build))
     np.testing.assert_allclose(result["emission"], [[1.25 + 1.5, 1.25 + 3.0, 1.25 + 4.5]], rtol=1e-6)
     assert warnings == []
+
+
+def mixed_in_a_row(tree, shaders):
+    """All shaders in equal parts, by a chain of Mix Shader nodes; its end."""
+    mixed = shaders[0]
+    for count, shader in enumerate(shaders[1:], start=2):
+        mixed = new(tree, "MixShader", {0: 1 / count, 1: mixed.outputs[0], 2: shader.outputs[0]})
+    return mixed.outputs[0]
+
+
+def test_any_number_of_lobes_counts():
+    """Two hundred diffuse nodes of all colors show their mean color."""
+    colors = np.random.default_rng(0).random((200, 3))
+    result, warnings = shade(
+        make_material(lambda tree: mixed_in_a_row(tree, [new(tree, "BsdfDiffuse", {"Color": (*c, 1)}) for c in colors]))
+    )
+    assert warnings == []
+    np.testing.assert_allclose(result["albedo"], [colors.mean(axis=0)], rtol=1e-5)
+
+
+def test_a_shader_that_many_ways_lead_to_is_compiled_once():
+    """Each of 60 nodes adds the one before to itself: 2^60 ways lead to the lamp."""
+
+    def build(tree):
+        shader = new(tree, "Emission", {"Color": (1, 2, 3, 1), "Strength": 2.0**-60})
+        for _ in range(60):
+            shader = new(tree, "AddShader", {0: shader.outputs[0], 1: shader.outputs[0]})
+        return shader.outputs[0]
+
+    result, _ = shade(make_material(build))
+    np.testing.assert_allclose(result["emission"], [[1, 2, 3]], rtol=1e-6)
+
+
+def test_more_nodes_than_the_core_can_run_are_refused_by_name():
+    material = make_material(lambda tree: mixed_in_a_row(tree, [new(tree, "Emission") for _ in range(400)]))
+    table = MaterialTable(Reporter(lambda level, text: None))
+    table.index_of(material)
+    camera = CameraData("ORTHOGRAPHIC", np.eye(4), 4, 4, (-1, 1, -1, 1), 0.1, 10)
+    with pytest.raises(RenderError, match=r"Material 'Wall': .*too many nodes"):
+        build_scene(SceneData(camera, materials=table.materials))

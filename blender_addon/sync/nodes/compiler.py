@@ -66,6 +66,7 @@ class Compiler:
     builder: ProgramBuilder = field(default_factory=ProgramBuilder)
     warnings: list[str] = field(default_factory=list)
     uv_maps: set[str] = field(default_factory=set)  # that nodes ask for by name
+    _weights: dict[tuple, int] = field(default_factory=dict)  # of shader nodes that are still to be emitted
     _values: dict[tuple, Outputs] = field(default_factory=dict)
     _entered: list[tuple] = field(default_factory=list)
 
@@ -79,22 +80,28 @@ class Compiler:
         """An instruction; its first output."""
         return (*self.builder.emit(operation, *operands, immediates=immediates), 0)[0]
 
+    def surface(self, socket: Any) -> None:
+        """Emits what is linked to the surface input of a material or world. Each shader node comes once, with the sum
+        of the weights of all ways that lead to it, so that a program is never longer than its tree."""
+        self.shade(Scope(), socket, self.builder.constant(1.0))
+        for source in shaders_behind(Scope(), socket):
+            weight = self._weights.pop(source.key, None)
+            function = SHADER_NODES.get(source.node.bl_idname, self._unsupported_shader)
+            if weight is not None:
+                function(NodeView(self, source.scope, source.node), weight)
+
     def shade(self, scope: Scope, socket: Any, weight: int) -> None:
-        """Emits what is linked to a shader input, times `weight`. A color there emits light, as in Cycles."""
+        """Adds `weight` to what is linked to a shader input. A color there emits light, as in Cycles."""
         source = origin(scope, socket)
         if source.node is None or self.builder.value_of(weight) == (0.0, 0.0, 0.0):
             return
-        if source.socket.type != "SHADER":
+        if source.socket.type == "SHADER":
+            one, others = self.builder.constant(1.0), self._weights.get(source.key)
+            total = weight if others is None else self.emit("blend", one, others, weight, immediates=("ADD",))
+            self._weights[source.key] = total
+        else:
             color = self._value_of(source, "RGBA", (0.0, 0.0, 0.0))
             self.emit("emission", weight, color, self.builder.constant(1.0))
-            return
-        function = SHADER_NODES.get(source.node.bl_idname)
-        if function is None or source.key in self._entered:
-            self._unsupported_shader(source, weight)
-            return
-        self._entered.append(source.key)
-        function(NodeView(self, source.scope, source.node), weight)
-        self._entered.pop()
 
     def value(self, scope: Scope, socket: Any, unlinked: Callable[[], int] | None = None) -> int:
         """The operand of an input socket, converted to its type; `unlinked` replaces its own value."""
@@ -128,12 +135,11 @@ class Compiler:
             return self.emit("average", operand)
         return operand
 
-    def _unsupported_shader(self, source: Origin, weight: int) -> None:
+    def _unsupported_shader(self, node: NodeView, weight: int) -> None:
         """A diffuse surface of the node's color stands for a shader that is not known."""
-        self.warn(source.node, f"'{source.node.bl_label}' is not supported yet; a diffuse surface is used instead")
-        view = NodeView(self, source.scope, source.node)
-        color = view.input("Color") if "Color" in source.node.inputs else view.constant(0.8)
-        self.emit("diffuse", weight, color, view.constant(0.0), view.coordinate("SHADING_NORMAL"))
+        node.warn(f"'{node.node.bl_label}' is not supported yet; a diffuse surface is used instead")
+        color = node.input("Color") if "Color" in node.node.inputs else node.constant(0.8)
+        node.emit("diffuse", weight, color, node.constant(0.0), node.coordinate("SHADING_NORMAL"))
 
 
 @dataclass(frozen=True)
@@ -219,6 +225,22 @@ def origin(scope: Scope, socket: Any) -> Origin:
             socket, scope = _by_identifier(scope.group.inputs, output.identifier), scope.outer
         else:
             return Origin(scope, node, output)
+
+
+def shaders_behind(scope: Scope, socket: Any) -> list[Origin]:
+    """The shader nodes that a shader input leads to, each before those that it leads to itself."""
+    found, seen = [], set()
+    stack = [(origin(scope, socket), False)]
+    while stack:
+        source, is_finished = stack.pop()
+        if is_finished:
+            found.append(source)
+        elif source.node is not None and source.socket.type == "SHADER" and source.key not in seen:
+            seen.add(source.key)
+            stack.append((source, True))
+            inputs = [socket for socket in source.node.inputs if socket.type == "SHADER"]
+            stack.extend((origin(source.scope, socket), False) for socket in inputs)
+    return found[::-1]
 
 
 def socket_value(socket: Any) -> Any:

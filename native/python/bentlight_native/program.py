@@ -30,11 +30,13 @@ OPERATIONS: dict[str, Operation] = {
 
 @dataclass(frozen=True)
 class Program:
-    """code (n,) int32, constants (m, 3) float64, table (k, 4) float32 (entries of color ramps)."""
+    """code (n,) int32, constants (m, 3) float64, table (k, 4) float32 (entries of color ramps); `owner` is for the
+    messages of who made it, as in "Material 'Wall'"."""
 
     code: np.ndarray
     constants: np.ndarray
     table: np.ndarray
+    owner: str = ""
 
 
 class ProgramBuilder:
@@ -86,10 +88,11 @@ class ProgramBuilder:
         self._registers += operation.outputs
         return outputs
 
-    def build(self) -> Program:
+    def build(self, owner: str = "") -> Program:
         """The program so far."""
         return Program(
             np.array(self._code, np.int32),
             np.array(list(self._constants), np.float64).reshape(-1, 3),
             np.array(self._table, np.float32).reshape(-1, 4),
+            owner,
         )

@@ -3,6 +3,10 @@
 #define BENT_BASE_VEC3_H
 #include <math.h>
 
+/* The smaller and the larger number; b if one is NaN. Unlike fmin and fmax no calls of libm. */
+static inline double min2(double a, double b) { return a < b ? a : b; }
+static inline double max2(double a, double b) { return a > b ? a : b; }
+
 typedef struct vec3 {
   double x, y, z;
 } vec3;
@@ -33,7 +37,7 @@ static inline int v3_is_finite(vec3 a) { return isfinite(a.x) && isfinite(a.y) &
 /* Of colors. */
 static inline vec3 v3_splat(double x) { return (vec3){x, x, x}; }
 static inline double v3_average(vec3 a) { return (a.x + a.y + a.z) / 3; }
-static inline double v3_max(vec3 a) { return fmax(a.x, fmax(a.y, a.z)); }
+static inline double v3_max(vec3 a) { return max2(a.x, max2(a.y, a.z)); }
 static inline double saturate(double x) { return x > 0 ? (x < 1 ? x : 1) : 0; }
 static inline vec3 v3_saturate(vec3 a) { return (vec3){saturate(a.x), saturate(a.y), saturate(a.z)}; }
 

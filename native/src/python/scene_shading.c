@@ -1,5 +1,8 @@
 /* Scene methods for images, materials and the world, and for looking at a material outside a render. */
 #include "python.h"
+
+#include <stdlib.h>
+
 #include "render/bsdf.h"
 #include "scene/scene.h"
 #include "scene/shading.h"
@@ -118,6 +121,12 @@ static PyObject *set_world(PyObject *self, PyObject *args)
   Py_RETURN_NONE;
 }
 
+/* Room for the lobes of any material; freed by the caller. */
+static closure *closures_new(const shading *shading)
+{
+  return malloc((size_t)shading_lobe_max(shading) * sizeof(closure));
+}
+
 static PyObject *shade(PyObject *self, PyObject *args)
 {
   int material;
@@ -135,9 +144,9 @@ static PyObject *shade(PyObject *self, PyObject *args)
   const shading *shading = scene_value(self)->shading;
   const double *point = buffer_data(&held[0]);
   double *result = buffer_data(&held[1]);
+  closure_set set = {.closures = closures_new(shading)};
   Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t i = 0; i < in[0]; i++) {
-    closure_set set;
+  for (Py_ssize_t i = 0; set.closures && i < in[0]; i++) {
     shade_point p = point_from(point + i * POINT_NUMBERS);
     p.world_from_object = &matrix[0];
     p.object_from_world = &matrix[1];
@@ -147,6 +156,8 @@ static PyObject *shade(PyObject *self, PyObject *args)
   }
   Py_END_ALLOW_THREADS
   buffer_release_all(held, 3);
+  if (!set.closures) return PyErr_NoMemory();
+  free(set.closures);
   Py_RETURN_NONE;
 }
 
@@ -171,15 +182,18 @@ static PyObject *sky(PyObject *self, PyObject *args)
   Py_RETURN_NONE;
 }
 
-/* The closures of `material` at one point, for the two functions below. */
+/* The closures of `material` at one point, for the two functions below, which free set->closures also after a failure. */
 static int closures_get(PyObject *self, int material, PyObject *row, shade_point *point, closure_set *set)
 {
   Py_ssize_t shape[1] = {POINT_NUMBERS};
   buffer held = {0};
+  const shading *shading = scene_value(self)->shading;
   if (buffer_get(&held, row, "point", 'd', 1, shape, BUFFER_FINITE) < 0) return -1;
   *point = point_from(buffer_data(&held));
   buffer_release(&held);
-  shading_evaluate(scene_value(self)->shading, material, point, set);
+  set->closures = closures_new(shading);
+  if (!set->closures) return PyErr_NoMemory(), -1;
+  shading_evaluate(shading, material, point, set);
   return 0;
 }
 
@@ -188,13 +202,14 @@ static PyObject *draw_bsdf(PyObject *self, PyObject *args)
   int material;
   PyObject *row, *randoms, *samples;
   shade_point point;
-  closure_set set;
+  closure_set set = {.closures = NULL};
   Py_ssize_t in[2] = {-1, 3}, out[2] = {-1, 8};
   buffer held[2] = {0};
   if (!PyArg_ParseTuple(args, "iOOO", &material, &row, &randoms, &samples) ||
       closures_get(self, material, row, &point, &set) < 0 ||
       buffer_get(&held[0], randoms, "u", 'd', 2, in, BUFFER_FINITE) < 0 || (out[0] = in[0], 0) ||
       buffer_get(&held[1], samples, "samples", 'd', 2, out, BUFFER_WRITE) < 0) {
+    free(set.closures);
     buffer_release_all(held, 2);
     return NULL;
   }
@@ -210,6 +225,7 @@ static PyObject *draw_bsdf(PyObject *self, PyObject *args)
     result[8 * i + 7] = sample.lobe;
   }
   Py_END_ALLOW_THREADS
+  free(set.closures);
   buffer_release_all(held, 2);
   Py_RETURN_NONE;
 }
@@ -219,13 +235,14 @@ static PyObject *evaluate_bsdf(PyObject *self, PyObject *args)
   int material;
   PyObject *row, *directions, *values;
   shade_point point;
-  closure_set set;
+  closure_set set = {.closures = NULL};
   Py_ssize_t in[2] = {-1, 3}, out[2] = {-1, 4};
   buffer held[2] = {0};
   if (!PyArg_ParseTuple(args, "iOOO", &material, &row, &directions, &values) ||
       closures_get(self, material, row, &point, &set) < 0 ||
       buffer_get(&held[0], directions, "wi", 'd', 2, in, BUFFER_FINITE) < 0 || (out[0] = in[0], 0) ||
       buffer_get(&held[1], values, "values", 'd', 2, out, BUFFER_WRITE) < 0) {
+    free(set.closures);
     buffer_release_all(held, 2);
     return NULL;
   }
@@ -235,6 +252,7 @@ static PyObject *evaluate_bsdf(PyObject *self, PyObject *args)
   for (Py_ssize_t i = 0; i < in[0]; i++)
     v3_to(result + 4 * i, bsdf_evaluate(&set, &point, v3_from(wi + 3 * i), &result[4 * i + 3]));
   Py_END_ALLOW_THREADS
+  free(set.closures);
   buffer_release_all(held, 2);
   Py_RETURN_NONE;
 }

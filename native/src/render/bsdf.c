@@ -40,7 +40,7 @@ static lobe_value evaluate_diffuse(const closure *c, vec3 wo, vec3 wi)
   if (nl <= 0) return (lobe_value){{0, 0, 0}, 0};
   lobe_value out = {v3_splat(nl / MICROFACET_PI), nl / MICROFACET_PI};
   if (c->alpha > 0) {
-    const double nv = fmax(v3_dot(c->normal, wo), 0);
+    const double nv = max2(v3_dot(c->normal, wo), 0);
     const double single = closure_oren_nayar_single(c->alpha, nl, nv, v3_dot(wi, wo));
     const double missed = 1 - closure_oren_nayar_albedo(c->alpha, nl);
     out.value = v3_scale(v3_add(v3_splat(single), v3_scale(c->multiscatter, missed)), nl);
@@ -58,7 +58,7 @@ static lobe_value evaluate_microfacet(const closure *c, vec3 wo, vec3 wi)
   const double length = v3_length(h);
   if (length < 1e-12) return out;
   h = v3_scale(h, (h.z < 0 ? -1 : 1) / length);
-  const double cos_i = fmin(v3_dot(wo, h), 1), cos_o = v3_dot(wi, h);
+  const double cos_i = min2(v3_dot(wo, h), 1), cos_o = v3_dot(wi, h);
   if (cos_i <= 0 || (through ? cos_o >= 0 : cos_o <= 0)) return out;
   vec3 reflected, transmitted;
   double cos_t;
@@ -115,7 +115,7 @@ static int draw_delta(const closure *c, const shade_point *point, double u, bsdf
     out->lobe = LOBE_TRANSPARENT;
     return 1;
   }
-  const double cos_i = fmin(v3_dot(c->normal, point->wo), 1);
+  const double cos_i = min2(v3_dot(c->normal, point->wo), 1);
   if (cos_i <= 0) return 0;
   vec3 reflected, transmitted;
   double cos_t;
@@ -136,14 +136,14 @@ static int draw_rough(const closure *c, const shade_point *point, double u0, dou
   const frame f = frame_around(c->normal);
   if (c->kind == CLOSURE_DIFFUSE) {
     const double r = sqrt(u0), phi = 2 * MICROFACET_PI * u1;
-    out->wi = out_of_frame(&f, v3(r * cos(phi), r * sin(phi), sqrt(fmax(0, 1 - u0))));
+    out->wi = out_of_frame(&f, v3(r * cos(phi), r * sin(phi), sqrt(max2(1 - u0, 0))));
     out->lobe = LOBE_DIFFUSE;
     return 1;
   }
   const vec3 wo = into_frame(&f, point->wo);
   if (wo.z <= 0) return 0;
   const vec3 h = ggx_sample_visible(wo, c->alpha, u0, u1);
-  const double cos_i = fmin(v3_dot(wo, h), 1);
+  const double cos_i = min2(v3_dot(wo, h), 1);
   if (cos_i <= 0) return 0;
   vec3 reflected, transmitted;
   double cos_t;
@@ -170,7 +170,7 @@ int bsdf_draw(const closure_set *set, const shade_point *point, const double u[3
   }
   if (chosen < 0) return 0;
   const closure *c = &set->closures[chosen];
-  rest = fmin(fmax(rest / c->share, 0), 1 - 1e-9); /* again uniform in [0, 1) */
+  rest = min2(max2(rest / c->share, 0), 1 - 1e-9); /* again uniform in [0, 1) */
   if (closure_is_delta(c)) {
     if (!draw_delta(c, point, rest, out)) return 0;
     out->weight = v3_scale(out->weight, 1 / c->share);

@@ -20,13 +20,14 @@ enum { VERTICES_MAX = 1 << 14 };
 static const double DIFFUSE_COARSENESS = 10;
 static const float NO_DEPTH = 1e10f; /* as Cycles */
 
-bent_status path_block_new(path_block *out, int capacity, bent_error *error)
+bent_status path_block_new(path_block *out, const bent_scene *scene, int capacity, bent_error *error)
 {
-  const size_t n = (size_t)capacity;
+  const size_t n = (size_t)capacity, lobes = (size_t)shading_lobe_max(scene->shading);
   *out = (path_block){.capacity = capacity, .paths = malloc(n * sizeof *out->paths),
                       .rays = malloc(n * sizeof *out->rays), .hits = malloc(n * sizeof *out->hits),
-                      .records = malloc(n * sizeof *out->records)};
-  if (out->paths && out->rays && out->hits && out->records) return BENT_OK;
+                      .records = malloc(n * sizeof *out->records),
+                      .closures = malloc(lobes * sizeof *out->closures)};
+  if (out->paths && out->rays && out->hits && out->records && out->closures) return BENT_OK;
   path_block_free(out);
   return bent_fail(error, BENT_ERROR_MEMORY, "render: out of memory");
 }
@@ -37,6 +38,7 @@ void path_block_free(path_block *block)
   free(block->rays);
   free(block->hits);
   free(block->records);
+  free(block->closures);
   *block = (path_block){0};
 }
 
@@ -208,8 +210,9 @@ static int is_holdout(const tracer *t, path *p, const bent_hit *hit)
   return 1;
 }
 
-/* One vertex. Returns 1 if the path goes on along *ray. */
-static int shade(const tracer *t, path *p, bent_ray *ray, const bent_hit *hit, sample_record *record)
+/* One vertex. Returns 1 if the path goes on along *ray. `closures` is room for those of the surface. */
+static int shade(const tracer *t, path *p, closure *closures, bent_ray *ray, const bent_hit *hit,
+                 sample_record *record)
 {
   if (p->bounces == 0) {
     p->winding += hit->swept / M_PI;
@@ -229,7 +232,7 @@ static int shade(const tracer *t, path *p, bent_ray *ray, const bent_hit *hit, s
     gather_emission(t, p, shading_emission(t->scene->shading, surface.material, &surface.point), record);
     goes_on = 0;
   } else {
-    closure_set set;
+    closure_set set = {.closures = closures};
     shading_evaluate(t->scene->shading, surface.material, &surface.point, &set);
     gather_emission(t, p, set.emission, record);
     if (p->bounces == 0) describe_surface(t, p, hit->length, record, &surface.point, &set);
@@ -288,7 +291,7 @@ bent_status path_trace(const tracer *t, path_block *block, int count, const pixe
     for (int i = 0; i < alive; i++) {
       path *p = &block->paths[i];
       statistics->unresolved += block->hits[i].fate == BENT_UNRESOLVED;
-      if (shade(t, p, &block->rays[i], &block->hits[i], &block->records[p->record])) {
+      if (shade(t, p, block->closures, &block->rays[i], &block->hits[i], &block->records[p->record])) {
         if (kept != i) block->paths[kept] = *p, block->rays[kept] = block->rays[i];
         kept++;
       } else {

@@ -8,6 +8,7 @@
 #include "render/channels.h"
 #include "render/filter.h"
 #include "render/sampler.h"
+#include "scene/closure.h"
 
 /* What all paths of a call share. */
 typedef struct tracer {
@@ -33,16 +34,17 @@ typedef struct path {
   int last;                /* nothing but emission is gathered at the next surface */
 } path;
 
-/* Room for `capacity` paths in flight. */
+/* Room for `capacity` paths in flight in one scene. */
 typedef struct path_block {
   int capacity;
   path *paths;
   bent_ray *rays;
   bent_hit *hits;
   sample_record *records; /* one a path, kept when the path ends */
+  closure *closures;      /* of the surface that is being shaded */
 } path_block;
 
-bent_status path_block_new(path_block *out, int capacity, bent_error *error);
+bent_status path_block_new(path_block *out, const bent_scene *scene, int capacity, bent_error *error);
 void path_block_free(path_block *block);
 
 /* A pixel sample to take. */

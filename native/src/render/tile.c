@@ -100,7 +100,7 @@ bent_status bent_scene_render_tile(const bent_scene *scene, uint32_t x, uint32_t
   tracer t;
   path_block block;
   tracer_init(&t, scene, settings);
-  status = path_block_new(&block, BLOCK_SAMPLES, error);
+  status = path_block_new(&block, scene, BLOCK_SAMPLES, error);
   if (status) return status;
   film *film = malloc(sizeof *film);
   if (!film) status = bent_fail(error, BENT_ERROR_MEMORY, "render: out of memory");

@@ -23,20 +23,20 @@ static vec3 valid_normal(const shade_point *point, vec3 normal)
 static vec3 raise_reflection(const shade_point *point, vec3 normal)
 {
   const vec3 ng = point->geometric_normal, wo = point->wo;
-  const double lowest = fmin(0.9 * v3_dot(ng, wo), LOWEST_REFLECTION);
+  const double lowest = min2(0.9 * v3_dot(ng, wo), LOWEST_REFLECTION);
   const vec3 mirror = v3_sub(v3_scale(normal, 2 * v3_dot(normal, wo)), wo);
   const double height = v3_dot(mirror, ng);
   if (height >= lowest && v3_dot(normal, wo) > 0) return normal;
   const vec3 flat = v3_normalize(v3_mad(ng, -height, mirror));
-  const vec3 raised = v3_mad(flat, sqrt(fmax(0, 1 - lowest * lowest)), v3_scale(ng, fmax(lowest, 0)));
+  const vec3 raised = v3_mad(flat, sqrt(max2(1 - lowest * lowest, 0)), v3_scale(ng, max2(lowest, 0)));
   const vec3 half = v3_add(raised, wo);
   return v3_length(half) > 1e-9 ? v3_normalize(half) : ng;
 }
 
-/* The next free lobe, or NULL if there is no room or nothing to add. */
+/* The next free lobe, or NULL if there is nothing to add. */
 static closure *next_closure(closure_set *set, closure_kind kind, vec3 weight)
 {
-  if (set->count >= CLOSURE_MAX || !(v3_max(weight) > 0)) return NULL;
+  if (!(v3_max(weight) > 0)) return NULL;
   closure *c = &set->closures[set->count++];
   c->kind = kind;
   c->fresnel = FRESNEL_NONE;
@@ -59,7 +59,7 @@ static void finish_closure(closure_set *set, closure *c, vec3 albedo)
 static double oren_nayar_g(double cos_n)
 {
   if (cos_n < 1e-6) return PI / 2 - 2.0 / 3 - cos_n;
-  const double c = fmin(cos_n, 1), s = sqrt(1 - c * c);
+  const double c = min2(cos_n, 1), s = sqrt(1 - c * c);
   return s * (acos(c) - 2.0 / 3 - s * c) + 2.0 / 3 * (s / c) * (1 - s * s * s);
 }
 static double oren_nayar_a(double sigma) { return 1 / (PI + sigma * (PI / 2 - 2.0 / 3)); }
@@ -70,7 +70,7 @@ double closure_oren_nayar_albedo(double sigma, double cos_n)
 double closure_oren_nayar_single(double sigma, double nl, double nv, double lv)
 {
   double t = lv - nl * nv;
-  if (t > 0) t /= fmax(nl, nv);
+  if (t > 0) t /= max2(nl, nv);
   return oren_nayar_a(sigma) * (1 + sigma * t);
 }
 
@@ -84,7 +84,7 @@ void closure_add_diffuse(closure_set *set, const shade_point *point, vec3 weight
   vec3 albedo = v3_splat(1);
   if (c->alpha > 0) { /* the second bounce has one factor of the color more than in the paper, as in Cycles */
     const double a = oren_nayar_a(c->alpha), average = a * (PI + c->alpha * (2 * PI - 5.6) / 3);
-    const double single = closure_oren_nayar_albedo(c->alpha, fmax(v3_dot(c->normal, point->wo), 0));
+    const double single = closure_oren_nayar_albedo(c->alpha, max2(v3_dot(c->normal, point->wo), 0));
     const vec3 rho = v3_saturate(color);
     const double scale = average / (1 - average) * (1 - single) / PI;
     c->multiscatter = v3_scale(v3(rho.x * rho.x / (1 - rho.x * (1 - average)), rho.y * rho.y / (1 - rho.y * (1 - average)),
@@ -138,7 +138,7 @@ void closure_add_glossy(closure_set *set, const shade_point *point, vec3 weight,
 
 static double ior_beyond(const shade_point *point, double ior)
 {
-  const double valid = fmin(fmax(ior, 1e-3), 1e3);
+  const double valid = min2(max2(ior, 1e-3), 1e3);
   return point->backfacing ? 1 / valid : valid;
 }
 
@@ -210,7 +210,7 @@ static vec3 principled_glass(closure_set *set, const shade_point *point, vec3 we
 
 static vec3 principled_specular(closure_set *set, const shade_point *point, vec3 weight, const principled *p)
 {
-  double eta = fmin(fmax(p->ior, 1e-3), 1e3), f0 = fresnel_f0(eta);
+  double eta = min2(max2(p->ior, 1e-3), 1e3), f0 = fresnel_f0(eta);
   if (p->specular_level != 0.5) {
     f0 *= 2 * positive(p->specular_level);
     eta = eta < 1 ? 1 / fresnel_ior(f0) : fresnel_ior(f0);
@@ -228,7 +228,7 @@ static vec3 principled_specular(closure_set *set, const shade_point *point, vec3
   const vec3 fss = v3_mix(c->f0, v3_splat(1), fresnel_rise(fresnel_average(eta), eta));
   const vec3 colors = v3_mix(c->f0, v3_splat(1), rise);
   const vec3 albedo = finish_reflection(set, c, point, roughness, colors, fss, p->multiscatter);
-  const double most = fmax(fmax(weight.x > 0 ? albedo.x / weight.x : 0, weight.y > 0 ? albedo.y / weight.y : 0),
+  const double most = max2(max2(weight.x > 0 ? albedo.x / weight.x : 0, weight.y > 0 ? albedo.y / weight.y : 0),
                            weight.z > 0 ? albedo.z / weight.z : 0);
   return v3_scale(weight, saturate(1 - most));
 }

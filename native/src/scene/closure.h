@@ -38,13 +38,11 @@ typedef struct closure {
   vec3 albedo;              /* estimate, with the weight, for this wo */
 } closure;
 
-enum { CLOSURE_MAX = 32 };
-
 typedef struct closure_set {
   int count;
-  int delta_count;               /* how many of them are delta lobes */
-  closure closures[CLOSURE_MAX]; /* further lobes are dropped */
-  vec3 emission;                 /* radiance leaving towards wo */
+  int delta_count;   /* how many of them are delta lobes */
+  closure *closures; /* the caller's, with room for all that the program may add (program.lobe_count) */
+  vec3 emission;     /* radiance leaving towards wo */
 } closure_set;
 
 /* Each adds at most one lobe with `weight` (colors >= 0, not finite counts as 0). `normal` may be any vector: a zero or
@@ -62,6 +60,7 @@ typedef struct principled {
   double metallic, roughness, diffuse_roughness, ior, specular_level, transmission, alpha, emission_strength;
   int multiscatter;
 } principled;
+enum { PRINCIPLED_LOBES = 5 }; /* at most: transparent, metal, glass, specular, diffuse */
 void closure_add_principled(closure_set *set, const struct shade_point *point, vec3 weight, const principled *p);
 
 /* The single-scattering part of the rough diffuse lobe (without cosine and color), and its albedo. sigma is the roughness;

@@ -27,7 +27,7 @@ static inline double fresnel_f0(double eta) { return squared((eta - 1) / (eta + 
 /* The IOR >= 1 whose reflectance at normal incidence is f0. */
 static inline double fresnel_ior(double f0)
 {
-  const double root = sqrt(fmin(f0, 0.99));
+  const double root = sqrt(min2(f0, 0.99));
   return (1 + root) / (1 - root);
 }
 

@@ -27,9 +27,9 @@ static inline vec3 ggx_sample_visible(vec3 w, double alpha, double u0, double u1
 {
   const vec3 stretched = v3_normalize(v3(alpha * w.x, alpha * w.y, w.z));
   const double phi = 2 * MICROFACET_PI * u0, z = (1 - u1) * (1 + stretched.z) - stretched.z;
-  const double r = sqrt(fmax(0, 1 - z * z));
+  const double r = sqrt(max2(1 - z * z, 0));
   const vec3 h = v3_add(v3(r * cos(phi), r * sin(phi), z), stretched);
-  const vec3 normal = v3_normalize(v3(alpha * h.x, alpha * h.y, fmax(h.z, 0)));
+  const vec3 normal = v3_normalize(v3(alpha * h.x, alpha * h.y, max2(h.z, 0)));
   return normal.z > 0 ? normal : v3(0, 0, 1);
 }
 

@@ -38,9 +38,12 @@ static bent_status check_instruction(const bent_program *p, const int32_t *code,
 {
   const row *r = &rows[code[0]];
   const char *name = r->info.name;
-  if (r->info.outputs && (code[1] != *written || code[1] + r->info.outputs > PROGRAM_REGISTERS))
-    return bent_fail(error, BENT_ERROR_ARGUMENT, "program: %s at %zu: output register %d, expected %d (of at most %d)",
-                     name, at, code[1], *written, PROGRAM_REGISTERS);
+  if (r->info.outputs && code[1] != *written)
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "program: %s at %zu: output register %d, expected %d", name, at, code[1],
+                     *written);
+  if (*written + r->info.outputs > PROGRAM_REGISTERS)
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "program: too many nodes, they compute more than %d values",
+                     PROGRAM_REGISTERS);
   for (int i = 0; i < r->info.operands; i++) {
     const int32_t operand = code[2 + i];
     if (operand >= *written || (operand < 0 && (size_t)(-1 - (int64_t)operand) >= p->constant_count))
@@ -138,6 +141,8 @@ static void classify(program *p)
     for (int i = 0; i < rows[code[0]].info.operands; i++)
       if (code[2 + i] < 0) in[i] = operand(p, NULL, code[2 + i]);
 #define IS_ZERO(i) (in[i] && in[i]->x == zero.x && in[i]->y == zero.y && in[i]->z == zero.z)
+    if (kind == SCATTERS || kind == SEE_THROUGH) p->lobe_count++;
+    if (kind == PRINCIPLED) p->lobe_count += PRINCIPLED_LOBES;
     if (kind == SEE_THROUGH && !IS_ZERO(0) && !IS_ZERO(1)) p->may_be_transparent = 1;
     if (kind == EMITS && !IS_ZERO(0) && !IS_ZERO(1) && !IS_ZERO(2)) p->may_emit = 1;
     if (kind == PRINCIPLED && !IS_ZERO(0)) {

@@ -29,6 +29,7 @@ typedef struct program {
   float (*table)[4];
   size_t code_length, constant_count, table_length;
   int may_be_transparent, may_emit;
+  int lobe_count; /* most lobes that one run can add */
 } program;
 
 /* Checks and copies; `image_count` images exist. Frees what `out` held before only if it succeeds. */

@@ -123,7 +123,7 @@ vec3 shading_emission(const shading *shading, int material, const shade_point *p
 {
   const program *program = material_program(shading, material);
   if (!program || !program->may_emit) return v3(0, 0, 0);
-  closure_set set;
+  closure_set set = {.closures = NULL};
   run(shading, program, point, &set, 1);
   return set.emission;
 }
@@ -134,7 +134,7 @@ vec3 shading_sky(const shading *shading, vec3 direction)
   const vec3 back = v3_scale(direction, -1);
   const shade_point point = {.position = direction, .generated = direction, .wo = back, .geometric_normal = back,
                              .normal = back};
-  closure_set set;
+  closure_set set = {.closures = NULL};
   run(shading, &shading->world, &point, &set, 1);
   return set.emission;
 }
@@ -152,3 +152,11 @@ int shading_may_emit(const shading *shading, int material)
 }
 
 int shading_material_count(const shading *shading) { return shading->material_count; }
+
+int shading_lobe_max(const shading *shading)
+{
+  int most = 1;
+  for (int i = 0; i < shading->material_count; i++)
+    if (shading->materials[i].lobe_count > most) most = shading->materials[i].lobe_count;
+  return most;
+}

@@ -30,7 +30,8 @@ typedef struct shade_point {
   const mat4 *world_from_object, *object_from_world; /* of the instance; NULL: identity */
 } shade_point;
 
-/* Runs `material` (an index from bent_scene_add_material, or anything else: default grey) at `point`. */
+/* Runs `material` (an index from bent_scene_add_material, or anything else: default grey) at `point`. out->closures has
+ * room for shading_lobe_max lobes. */
 void shading_evaluate(const shading *shading, int material, const shade_point *point, closure_set *out);
 /* Only the radiance that leaves towards wo; cheaper. */
 vec3 shading_emission(const shading *shading, int material, const shade_point *point);
@@ -41,6 +42,8 @@ int shading_may_be_transparent(const shading *shading, int material);
 /* Nonzero if the material can emit light. */
 int shading_may_emit(const shading *shading, int material);
 int shading_material_count(const shading *shading);
+/* The most lobes that any material can add at a point, at least 1. */
+int shading_lobe_max(const shading *shading);
 
 bent_status shading_new(shading **out, bent_error *error);
 void shading_free(shading *shading);
