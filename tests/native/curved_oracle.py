@@ -1,11 +1,9 @@
 """Brute force for the curved-ray tests: oracle.c, compiled once a test run, and how an answer is judged by it."""
 
 import ctypes
-import shutil
-import subprocess
-from pathlib import Path
 
 import numpy as np
+from compiled import load, pointer
 
 KINDS = {"isotropic": 0, "areal": 1, "ellis": 2, "kerr": 3}
 OUTER = 6.0  # rays are followed to this distance; everything in the tests lies within it
@@ -13,15 +11,7 @@ OUTER = 6.0  # rays are followed to this distance; everything in the tests lies 
 
 def build(folder):
     """Compiles oracle.c into `folder` and loads it."""
-    compiler = shutil.which("cc") or shutil.which("gcc")
-    library = Path(folder) / "oracle.so"
-    source = Path(__file__).with_name("oracle.c")
-    subprocess.run([compiler, "-O2", "-shared", "-fPIC", str(source), "-o", str(library), "-lm"], check=True)
-    return ctypes.CDLL(str(library))
-
-
-def _pointer(array):
-    return array.ctypes.data_as(ctypes.c_void_p)
+    return load("oracle.c", folder)
 
 
 class Oracle:
@@ -38,9 +28,9 @@ class Oracle:
         n = len(origins)
         fate, triangle, position = np.empty(n, np.int32), np.empty(n, np.int32), np.empty((n, 3))
         self.library.oracle_hits(
-            *self.space, ctypes.c_size_t(len(self.triangles)), _pointer(self.triangles), _pointer(self.boxes),
-            ctypes.c_size_t(n), _pointer(np.ascontiguousarray(origins)), _pointer(np.ascontiguousarray(directions)),
-            _pointer(fate), _pointer(triangle), _pointer(position))  # fmt: skip
+            *self.space, ctypes.c_size_t(len(self.triangles)), pointer(self.triangles), pointer(self.boxes),
+            ctypes.c_size_t(n), pointer(np.ascontiguousarray(origins)), pointer(np.ascontiguousarray(directions)),
+            pointer(fate), pointer(triangle), pointer(position))  # fmt: skip
         return fate, triangle, position
 
     def distances(self, origins, directions, segments):
@@ -48,9 +38,9 @@ class Oracle:
         n, k = segments.shape[:2]
         out = np.empty(n)
         self.library.oracle_distances(
-            *self.space, ctypes.c_size_t(n), _pointer(np.ascontiguousarray(origins)),
-            _pointer(np.ascontiguousarray(directions)), ctypes.c_size_t(k),
-            _pointer(np.ascontiguousarray(segments, float)), _pointer(out))  # fmt: skip
+            *self.space, ctypes.c_size_t(n), pointer(np.ascontiguousarray(origins)),
+            pointer(np.ascontiguousarray(directions)), ctypes.c_size_t(k),
+            pointer(np.ascontiguousarray(segments, float)), pointer(out))  # fmt: skip
         return out
 
     def edge_distances(self, origins, directions, triangle):

@@ -11,7 +11,7 @@ SPACETIMES = {
     "schwarzschild": Spacetime.schwarzschild(1.0),
     "areal": Spacetime.schwarzschild(3.0, "areal"),
     "ellis": Spacetime.ellis(0.7),
-    **{f"kerr {a:g}": Spacetime.kerr(1.0, a) for a in (1e-8, 1e-3, 0.1, 0.5, -0.9, 0.998, 0.99999)},
+    **{f"kerr {a:g}": Spacetime.kerr(1.0, a) for a in (1e-8, 1e-3, 0.1, 0.5, -0.9, 0.998, 0.99999, 1 - 1e-10)},
 }
 
 

@@ -1,7 +1,7 @@
 """Rays from everywhere to everywhere: tolerances and routes agree within their own estimates, whatever the ray.
 
-Origins from 1e-4 above the horizon to 1e6 M, half of the rays aimed near the object, spins up to 0.9999 M, observers on
-the equator and next to the axis. A failure names the seed and the ray.
+Origins from 1e-4 above the horizon to 1e6 M, half of the rays aimed near the object, spins up to 1 - 1e-12 M, observers
+on the equator and next to the axis. A failure names the seed and the ray.
 """
 
 import numpy as np
@@ -18,7 +18,7 @@ def directions_from(rng, origins, aimed, spread):
 
 
 def random_kerr(rng, aimed):
-    spin = rng.choice([-1, 1]) * rng.choice([1e-8, 1e-3, 0.1, 0.5, 0.9, 0.99, 0.999, 0.9999])
+    spin = rng.choice([-1, 1]) * rng.choice([1e-8, 1e-3, 0.1, 0.5, 0.9, 0.99, 0.999, 0.9999, 0.999999, 1 - 1e-12])
     r = (1 + np.sqrt(1 - spin**2)) * (1 + 10 ** rng.uniform(-4, 6, COUNT))
     cosine = rng.uniform(-1, 1, COUNT)
     kind = rng.integers(3)

@@ -8,8 +8,12 @@
 #include <stddef.h>
 #include "bentlight/spacetime.h"
 
+/* A ray whose estimated error, radians, is larger (and larger than its tolerance) is unresolved: its direction would be
+ * noise. */
+#define BENT_TRACE_ERROR_MAX 0.1
+
 typedef enum bent_fate {
-  BENT_UNRESOLVED = 0, /* nearer to the critical ray than double precision can tell: the error is over 0.1 radian */
+  BENT_UNRESOLVED = 0, /* nearer to the critical ray than double precision can tell */
   BENT_ESCAPED = 1,
   BENT_CAPTURED = 2,
   BENT_ESCAPED_FAR = 3, /* out on the far side of a wormhole */
@@ -22,10 +26,12 @@ typedef enum bent_route { BENT_ROUTE_AUTO, BENT_ROUTE_ENDPOINT, BENT_ROUTE_TAYLO
 typedef struct bent_trace_result {
   uint8_t *fate;          /* bent_fate; with ROUTE_ENDPOINT a declined ray is BENT_UNRESOLVED with error NaN */
   double (*direction)[3]; /* asymptotic unit direction (ESCAPED_FAR: angular position on the far side); else NaN */
-  double *error;          /* estimated angular error, radians */
+  double *error;          /* estimated angular error, radians: at least half of the true one, at any spin */
   uint32_t *steps;        /* Taylor arcs used; 0 on the endpoint route */
   double *swept;          /* angle swept about the center, radians: the length of the path of n on the unit sphere in the
-                             axes that the hole drags along, the integral of |dn/dlambda|, to the ray's end */
+                             axes that the hole drags along, the integral of |dn/dlambda|, to the ray's end; NaN where
+                             the endpoint route answers BENT_CAPTURED. Error: that of the direction, in Kerr 1e-4 of
+                             1 + swept more (measured: 4e-5): it counts windings, no direction hangs on it */
 } bent_trace_result;
 
 /* origins: (n, 3) positions in spacetime axes. directions: (n, 3) local unit directions (normalised here; a zero or

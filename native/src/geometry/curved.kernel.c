@@ -237,7 +237,7 @@ static void report(march *m, const outcome *out, endings ends, const lanes direc
     hit->swept += m->ray.swept[lane];
     if (ends.stopped >> lane & 1) report_stop(m, out, lane, direction);
     else {
-      const int accurate = error[lane] <= fmax(m->rays[m->target[lane]].angular_tolerance, ARC_ERROR_MAX);
+      const int accurate = error[lane] <= fmax(m->rays[m->target[lane]].angular_tolerance, BENT_TRACE_ERROR_MAX);
       report_end(m, lane, ends.resolved >> lane & 1 && accurate, asymptote);
     }
   }

@@ -47,6 +47,7 @@ typedef struct arc_ray {
   lanes weight;           /* angle at infinity per error of w, about the impact parameter */
   lanes depth;            /* how far the ray keeps from the critical one, 0 to 1: errors grow like 1/depth */
   lanes doubt;            /* angular error that rounding at launch brings, before division by depth, radians */
+  lanes drag_doubt;       /* Kerr: relative error that rounding brings to `drag`, if the ray escapes */
   lanes peak;             /* w where the radial barrier stands, the photon sphere of this ray; Ellis: the throat */
   lanes_mask doomed;      /* must fall through the horizon */
   lanes w, v;             /* 1/r and its rate dw/dlambda; Ellis: v = dchi/dlambda */
@@ -61,8 +62,6 @@ enum { ARC_ORDER_LOW = 12, ARC_ORDER_MAX = 20 };
 #define ARC_LOW_TOLERANCE 1e-9
 /* The truncation error to allow an arc of a ray, in units of the error wanted of the ray: it has 5 to 20 arcs. */
 #define ARC_SHARE 0.2
-/* A ray whose error estimate is larger (and larger than its tolerance) is unresolved: its direction would be noise. */
-#define ARC_ERROR_MAX 0.1
 /* More arcs than any ray needs that double precision can resolve. */
 #define ARC_STEPS_MAX 2000
 
@@ -288,11 +287,13 @@ LANES_INLINE void arc_asymptote(const arc_space *space, const arc_ray *ray, lane
 }
 
 /* Estimated angular error of the state, radians, from how far the invariants have drifted, times the ray's own
- * amplification 1/depth, rounding at launch included. `steps`: arcs so far; the rounding of their few operations adds up like a random walk. */
+ * amplification 1/depth, rounding at launch included. `steps`: arcs so far; the rounding of their few operations adds up like
+ * a random walk. Measured against 113-bit arithmetic, at spins up to the largest double below the mass: true errors are at
+ * most 1.7 times as large, mostly a tenth. */
 LANES_INLINE lanes arc_error(const arc_space *space, const arc_ray *ray, lanes steps)
 {
   lanes drift, drag = {0};
-  if (space->kind == BENT_KERR) drift = kerr_drift(space, ray), drag = kerr_drag_rounding(space, ray);
+  if (space->kind == BENT_KERR) drift = kerr_drift(space, ray), drag = lanes_select(ray->doomed, drag, lanes_abs(ray->drag) * ray->drag_doubt);
   else if (space->kind == BENT_ELLIS) drift = ellis_drift(space, ray);
   else drift = schwarzschild_drift(space, ray);
   return (drift + ray->doubt + EPSILON * (4 + lanes_sqrt(steps))) / ray->depth + drag;

@@ -12,8 +12,8 @@
 
 /* Curved spacetimes only. origins, directions, out: n entries as in bent_trace_rays; directions need not be normalized.
  * tolerance: wanted angular error, radians; only Kerr saves time by it. Near the critical ray rounding alone exceeds any
- * tolerance: such a ray is answered while its fate is certain, with the error that it has. swept is NaN for captured rays,
- * and in Kerr good to 1e-4 beyond the tolerance. A ray's answer depends on that ray alone. */
+ * tolerance: such a ray is answered while its fate is certain and its error at most BENT_TRACE_ERROR_MAX, with the error that
+ * it has. A ray's answer depends on that ray alone. */
 BENT_DECLARE_KERNEL(void, bent_trace_endpoint,
                     (const bent_spacetime *spacetime, size_t n, const double (*origins)[3],
                      const double (*directions)[3], double tolerance, const bent_trace_result *out))

@@ -62,7 +62,7 @@ static void finish_sum(const kerr_hole *hole, const kerr_block *block, int sum, 
       for (size_t i = 0; i < LANES; i++) gathered[i] = block->rows[k][block->sorted[i < present ? first + i : first]];
       ((lanes *)&task)[k] = gathered;
     }
-    endpoint end = kerr_finish(hole->spin, &task, sum);
+    endpoint end = kerr_finish(hole, &task, sum);
     decline_broken(&end);
     for (size_t i = 0; i < present; i++) endpoint_store_ray(&end, i, offset + block->sorted[first + i], out);
   }
@@ -71,9 +71,7 @@ static void finish_sum(const kerr_hole *hole, const kerr_block *block, int sum, 
 static void trace_kerr(const bent_spacetime *spacetime, size_t n, const double (*origins)[3],
                        const double (*directions)[3], double tolerance, const bent_trace_result *out)
 {
-  /* A backward ray in a hole of spin a moves like a forward photon in one of spin -a. */
-  const double spin = -spacetime->spin / spacetime->mass;
-  const kerr_hole hole = {spacetime->mass, spin, 1 / (1 + sqrt((1 - spin) * (1 + spin)))};
+  const kerr_hole hole = kerr_hole_make(spacetime);
   kerr_block block;
   for (size_t first = 0; first < n; first += KERR_BLOCK) {
     plan_block(&hole, tolerance, n - first < KERR_BLOCK ? n - first : KERR_BLOCK, origins + first, directions + first,

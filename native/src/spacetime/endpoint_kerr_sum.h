@@ -14,18 +14,18 @@ typedef struct kerr_sums {
 } kerr_sums;
 
 /* Adds one node: weight w, d(tau)/ds = jacobian / sqrt(U or cofactor). One square root and one division. */
-LANES_INLINE void kerr_add_node(double spin, const kerr_task *task, lanes weight, lanes u, lanes radicand,
+LANES_INLINE void kerr_add_node(const kerr_hole *hole, const kerr_task *task, lanes weight, lanes u, lanes radicand,
                                 kerr_sums *sums)
 {
-  const lanes horizon = 1 + u * (spin * spin * u - 2), root = lanes_sqrt(radicand);
+  const lanes horizon = kerr_u2_delta(hole, u), root = lanes_sqrt(radicand);
   const lanes rate = weight / (root * horizon);
   sums->time += rate * horizon;
-  sums->drag += rate * (spin * u) * (2 - spin * task->lambda * u);
+  sums->drag += rate * (hole->spin * u) * (2 - hole->spin * task->lambda * u);
 }
 
-LANES_INLINE kerr_sums kerr_sum_barrier(double spin, const kerr_task *task, int rule)
+LANES_INLINE kerr_sums kerr_sum_barrier(const kerr_hole *hole, const kerr_task *task, int rule)
 {
-  const lanes B = spin * spin * task->eta, e_c = lanes_exp(task->center), inverse = 1 / e_c;
+  const lanes B = hole->spin * hole->spin * task->eta, e_c = lanes_exp(task->center), inverse = 1 / e_c;
   const lanes sinh_c = 0.5 * (e_c - inverse), cosh_c = 0.5 * (e_c + inverse);
   kerr_sums sums = {0};
   for (int i = 0; i < gauss_nodes[rule] / 2; i++) {
@@ -34,15 +34,15 @@ LANES_INLINE kerr_sums kerr_sum_barrier(double spin, const kerr_task *task, int 
     const lanes even = 0.5 * (e + f) * sinh_c, odd = 0.5 * (e - f) * cosh_c;
     for (int side = -1; side <= 1; side += 2) {
       const lanes sinh_s = even + side * odd, u = task->origin - task->scale * sinh_s * sinh_s;
-      kerr_add_node(spin, task, lanes_all(2 * pair[1]), u, task->c0 + u * (task->c1 - B * u), &sums);
+      kerr_add_node(hole, task, lanes_all(2 * pair[1]), u, task->c0 + u * (task->c1 - B * u), &sums);
     }
   }
   return (kerr_sums){sums.time * task->half, sums.drag * task->half};
 }
 
-LANES_INLINE kerr_sums kerr_sum_free(double spin, const kerr_task *task, int rule)
+LANES_INLINE kerr_sums kerr_sum_free(const kerr_hole *hole, const kerr_task *task, int rule)
 {
-  const lanes B = spin * spin * task->eta, e_c = lanes_exp(task->center), inverse = 1 / e_c;
+  const lanes B = hole->spin * hole->spin * task->eta, e_c = lanes_exp(task->center), inverse = 1 / e_c;
   const lanes sinh_c = 0.5 * (e_c - inverse), cosh_c = 0.5 * (e_c + inverse);
   kerr_sums sums = {0};
   for (int i = 0; i < gauss_nodes[rule] / 2; i++) {
@@ -51,7 +51,7 @@ LANES_INLINE kerr_sums kerr_sum_free(double spin, const kerr_task *task, int rul
     for (int side = -1; side <= 1; side += 2) {
       const lanes d = task->scale * (sinh_c * ch + side * (cosh_c * sh));
       const lanes weight = pair[1] * task->scale * (cosh_c * ch + side * (sinh_c * sh));
-      kerr_add_node(spin, task, weight, task->origin + d, task->c0 + d * d * (task->c1 + d * (task->c2 - B * d)), &sums);
+      kerr_add_node(hole, task, weight, task->origin + d, task->c0 + d * d * (task->c1 + d * (task->c2 - B * d)), &sums);
     }
   }
   return (kerr_sums){sums.time * task->half, sums.drag * task->half};
@@ -165,12 +165,12 @@ LANES_INLINE void kerr_plane_series(double spin, const kerr_task *task, lanes g2
   }
 }
 
-LANES_INLINE endpoint kerr_finish(double spin, const kerr_task *task, int sum)
+LANES_INLINE endpoint kerr_finish(const kerr_hole *hole, const kerr_task *task, int sum)
 {
   const int rule = sum % GAUSS_RULES, is_free = sum / GAUSS_RULES & 1, count = sum / GAUSS_RULES & 2 ? 16 : 8;
-  const kerr_sums radial = is_free ? kerr_sum_free(spin, task, rule) : kerr_sum_barrier(spin, task, rule);
+  const kerr_sums radial = is_free ? kerr_sum_free(hole, task, rule) : kerr_sum_barrier(hole, task, rule);
 
-  const double s2 = spin * spin;
+  const double spin = hole->spin, s2 = spin * spin;
   const lanes excess = task->q - s2, G = lanes_sqrt(excess * excess + 4 * s2 * task->eta), g2 = 0.5 * (excess + G);
   const lanes u_plus = task->eta / g2, root = lanes_sqrt(u_plus), c_o = task->cosine;
   const kerr_amplitude amplitude = kerr_amplitude_of(s2 * u_plus / G, g2 / G);

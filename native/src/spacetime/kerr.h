@@ -54,6 +54,20 @@ LANES_INLINE void kerr_chart_basis(const kerr_place *at, lanes er[3], lanes et[3
   ep[0] = -at->sin_phi, ep[1] = at->cos_phi, ep[2] = lanes_all(0);
 }
 
+/* Relative error that rounding brings to the drag angle. Its rate is divided by 1 - r_plus w, least at the ray's `deepest`
+ * point. And where P is small and flat at the start the ray lingers: an error of the terms A w^2, C w^3, -B w^4 of P counts
+ * by their size over what P rises to meanwhile. */
+LANES_INLINE lanes kerr_drag_doubt(const arc_space *space, const arc_ray *ray, lanes deepest, lanes A, lanes C, lanes B)
+{
+  const lanes w = ray->w, w2 = w * w, speed = lanes_abs(ray->v);
+  const lanes size = ray->energy * ray->energy + w2 * (lanes_abs(A) + w * (C + w * lanes_abs(B)));
+  const lanes first = w2 * lanes_abs(2 * A + w * (3 * C - 4 * w * B)), second = w2 * lanes_abs(A + 3 * w * (C - 2 * w * B));
+  const lanes third = w2 * w * lanes_abs(C - 4 * w * B);
+  const lanes rise = speed * speed + first + speed * lanes_sqrt(second) +
+                     lanes_rough_root(third * speed * speed * speed * speed + 1e-300, 1.0 / 3);
+  return EPSILON * (32 / (1 - space->outer * deepest) + 8 * size / lanes_max(rise, lanes_all(1e-300)));
+}
+
 /* The stationary point of P nearest to infinity, and the depth and fate that follow from P there. P falls up to that point
  * and is a square at the horizon, so without one outside the horizon nothing turns a ray round. */
 LANES_INLINE void kerr_find_barrier(const arc_space *space, arc_ray *ray)
@@ -70,12 +84,18 @@ LANES_INLINE void kerr_find_barrier(const arc_space *space, arc_ray *ray)
   /* P(peak) from P at the ray's own place, so that it keeps its digits near the top of the barrier */
   const lanes x = ray->w - w, bend = lanes_select(none, A, w * (3 * M * K - 4 * B * w));
   const lanes barrier = ray->v * ray->v - x * x * (bend + x * (2 * M * K - B * (4 * w + x)));
-  /* Close to a maximal hole's horizon dragging turns the ray many times faster than its own motion does, and errors grow
-   * with it; the square root is what both routes' results were measured to differ by, up to a = 0.999999. */
-  const lanes drag = s * w * (2 * M * E - s * L * w) / kerr_delta(space, w);
+  /* Near the top of the barrier a ray winds by its own motion and by dragging, and errors grow with the rate of both. Where
+   * the top is close to the horizon of a nearly maximal hole dragging is by far the faster. A ray that turns round stays
+   * `short_by` of the top. */
+  const lanes bends = lanes_abs(bend) + lanes_abs(2 * M * K - 4 * B * w) * w;
+  const lanes short_by = lanes_sqrt(lanes_max(-barrier, lanes_all(0)) / lanes_max(bends, lanes_all(1e-300)));
+  const lanes_mask turns = (ray->v > 0) & (ray->w < w);
+  const lanes closest = lanes_select(turns, lanes_max(w - short_by, ray->w), lanes_min(w, ray->w));
+  const lanes drag = s * closest * (2 * M * E - s * L * closest) / kerr_delta(space, closest);
   const lanes turning = lanes_sqrt(lanes_max(ray->curl, lanes_all(0)) + sE2);
-  const lanes gain = lanes_sqrt(1 + lanes_abs(drag) / lanes_max(turning, lanes_all(1e-300)));
-  arc_judge(ray, barrier, E2 + lanes_abs(A) * w * w, lanes_select(none, lanes_all(1), gain));
+  const lanes gain = 1 + 0.5 * lanes_abs(drag) / lanes_max(turning, lanes_all(1e-300));
+  arc_judge(ray, barrier, E2 + lanes_abs(A) * w * w, gain);
+  ray->drag_doubt = kerr_drag_doubt(space, ray, lanes_max(closest, ray->w), A, 2 * M * K, B);
   ray->doomed |= E <= 0;
 }
 
@@ -205,13 +225,6 @@ LANES_INLINE void kerr_direction(const arc_space *space, const arc_ray *ray, con
   at.sin_phi = sine * at.cos_phi + cosine * at.sin_phi, at.cos_phi = turned;
   kerr_chart_basis(&at, er, et, ep);
   for (int k = 0; k < 3; k++) direction[k] = radial * er[k] + south * et[k] + east * ep[k];
-}
-
-/* Rounding of the drag angle of a ray that escapes: its rate is divided by 1 - r_plus w, worst at the barrier's top. */
-LANES_INLINE lanes kerr_drag_rounding(const arc_space *space, const arc_ray *ray)
-{
-  const lanes rounding = 32 * EPSILON * lanes_abs(ray->drag) / (1 - space->outer * ray->peak);
-  return lanes_select(ray->doomed, lanes_all(0), rounding);
 }
 
 LANES_INLINE lanes kerr_drift(const arc_space *space, const arc_ray *ray)

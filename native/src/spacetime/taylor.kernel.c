@@ -64,8 +64,10 @@ static void report(march *m, unsigned ended, unsigned resolved)
 {
   lanes direction[3];
   arc_asymptote(&m->space, &m->ray, direction);
-  const lanes error = arc_error(&m->space, &m->ray, m->steps) + ARC_SHARE * m->tolerance;
-  const unsigned good = resolved & lanes_bits(error <= fmax(m->tolerance, ARC_ERROR_MAX));
+  lanes error = arc_error(&m->space, &m->ray, m->steps) + ARC_SHARE * m->tolerance;
+  /* a ray that has not arrived may be going anywhere */
+  error = lanes_select(lanes_mask_from_bits(resolved), error, lanes_max(error, lanes_all(M_PI)));
+  const unsigned good = resolved & lanes_bits(error <= fmax(m->tolerance, BENT_TRACE_ERROR_MAX));
   const unsigned doomed = lanes_bits(m->ray.doomed), far = lanes_bits(m->ray.side < 0);
   for (int lane = 0; lane < LANES; lane++) {
     if (!(ended >> lane & 1)) continue;

@@ -10,8 +10,6 @@
 
 /* Rays between two looks at the cancel flag; their arrays stay in the second-level cache. */
 enum { BLOCK = 512 };
-/* Above this fraction of the mass the endpoint route's error was measured to exceed its estimate, for one ray in thousands. */
-#define ENDPOINT_SPIN_MAX 0.9995
 
 static bent_status refuse(const bent_spacetime *spacetime, size_t at, const double origin[3], bent_error *error)
 {
@@ -48,8 +46,7 @@ static void trace_straight(size_t n, const double (*directions)[3], const bent_t
 static void trace_block(const bent_spacetime *spacetime, size_t n, const double (*origins)[3],
                         const double (*directions)[3], double tolerance, bent_route route, const bent_trace_result *out)
 {
-  const int nearly_maximal = spacetime->kind == BENT_KERR && fabs(spacetime->spin) > ENDPOINT_SPIN_MAX * spacetime->mass;
-  if (route == BENT_ROUTE_TAYLOR || (route == BENT_ROUTE_AUTO && nearly_maximal)) {
+  if (route == BENT_ROUTE_TAYLOR) {
     BENT_CALL(bent_trace_taylor)(spacetime, n, NULL, origins, directions, tolerance, out);
     return;
   }
