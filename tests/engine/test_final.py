@@ -62,14 +62,32 @@ def test_a_border_is_the_same_part_of_the_picture(tmp_path):
     assert (uncropped[outside] == 0).all()
 
 
-def test_an_empty_border_renders_nothing_and_does_not_crash(tmp_path):
+@pytest.mark.parametrize("axis", "xy")
+@pytest.mark.parametrize(("low", "high"), [(0.5, 0.501), (0.7, 0.3)])
+def test_an_empty_border_is_refused_by_blender_and_harms_nothing(axis, low, high, tmp_path):
     render = simple_scene().render
+    whole = stage.render(tmp_path)["Combined"]
     render.use_border = True
-    render.border_min_x, render.border_max_x = 0.5, 0.501
-    try:
+    setattr(render, f"border_min_{axis}", low)
+    setattr(render, f"border_max_{axis}", high)
+    (tmp_path / "render.exr").unlink()
+    with stage.counted_renders() as count, pytest.raises(RuntimeError, match="Image too small"):
         stage.render(tmp_path)
-    except RuntimeError as error:
-        assert "border" in str(error).lower() or "small" in str(error).lower()
+    assert not count and not list(tmp_path.iterdir())
+    render.use_border = False
+    assert np.array_equal(stage.render(tmp_path)["Combined"], whole)
+
+
+@pytest.mark.parametrize("axis", "xy")
+def test_the_narrowest_border_is_one_row_or_column(axis, tmp_path):
+    render = simple_scene().render
+    whole = stage.render(tmp_path)["Combined"]
+    render.use_border = render.use_crop_to_border = True
+    at, size = (30, 64) if axis == "x" else (20, 48)
+    setattr(render, f"border_min_{axis}", (at + 0.25) / size)
+    setattr(render, f"border_max_{axis}", (at + 1.25) / size)
+    one = whole[:, at : at + 1] if axis == "x" else whole[at : at + 1]
+    assert np.array_equal(stage.render(tmp_path)["Combined"], one)
 
 
 @pytest.mark.parametrize(("percentage", "shape"), [(50, (24, 32)), (33, (15, 21))])
