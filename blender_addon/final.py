@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 
 from . import memory, passes
+from .properties import check_range
 from .report import RenderError, Reporter
 from .session import FinishedTile, Session, Tile, spiral_tiles
 from .sync.camera import image_size, read_camera
@@ -70,6 +71,8 @@ def render_settings(
 ) -> bentlight_native.RenderSettings:
     """What the user set, for the native renderer; a preview (a material's icon) is quick."""
     user, render = scene.bentlight, scene.render
+    check_range(user, type(user).__annotations__)
+    check_range(render, ["filter_size"])
     samples, bounces = view_layer.samples or user.samples, user.max_bounces
     if is_preview:
         samples, bounces = min(samples, _PREVIEW_SAMPLES), min(bounces, _PREVIEW_BOUNCES)

@@ -1,8 +1,11 @@
 """The one declaration of the user's settings, on scenes, objects and view layers."""
 
+from collections.abc import Iterable
+
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
 
+from .report import RenderError
 from .sync import spacetime
 
 
@@ -231,6 +234,15 @@ _OWNERS = (
     (bpy.types.Object, BentlightObjectSettings),
     (bpy.types.ViewLayer, BentlightViewLayerSettings),
 )
+
+
+def check_range(settings: bpy.types.bpy_struct, names: Iterable[str]) -> None:
+    """Raises RenderError for a number outside its property's range: drivers and scripts may set any, NaN too."""
+    for name in names:
+        item, value, owner = settings.bl_rna.properties[name], getattr(settings, name), settings.id_data
+        if item.type in {"INT", "FLOAT"} and not item.hard_min <= value <= item.hard_max:
+            span = f"between {item.hard_min:g} and {item.hard_max:g}, not {value:g}"
+            raise RenderError(f"{owner.bl_rna.name} '{owner.name}': {item.name} must lie {span}")
 
 
 def register() -> None:

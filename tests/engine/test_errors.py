@@ -7,6 +7,8 @@ import pytest
 from blender_addon import final
 from tests.engine import stage
 
+NAN, INFINITY = float("nan"), float("inf")
+
 
 def failure(tmp_path) -> str:
     """The error of a render that has to fail."""
@@ -85,6 +87,76 @@ def test_transforms_that_are_not_finite(tmp_path):
     bpy.data.objects.remove(square)
     bpy.context.scene.camera.delta_location = (np.nan, 0, 0)
     assert "Camera 'Camera' has a transform that is not finite" in failure(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        *[("tolerance", value, "Ray Tolerance must lie between 1e-12 and 0.1") for value in (NAN, INFINITY, 0.0, 0.2)],
+        *[("clamp_indirect", value, "Clamp Indirect must lie between 0 and") for value in (NAN, INFINITY, -1.0)],
+        *[("samples", value, "Samples must lie between 1 and") for value in (0, -5)],
+        *[(name, -1, "must lie between 0 and") for name in ("seed", "max_bounces", "transparent_bounces")],
+    ],
+)
+def test_settings_out_of_range(name, value, message, tmp_path):
+    """The user interface keeps to the ranges, scripts and files need not."""
+    stage.add_camera((0, 0, 9))
+    bpy.context.scene.bentlight[name] = value
+    said = failure(tmp_path)
+    assert "Scene 'Scene': " in said and message in said and f"not {value:g}" in said
+
+
+@pytest.mark.parametrize(
+    ("owner", "name", "title"),
+    [
+        ("bentlight", "tolerance", "Ray Tolerance"),
+        ("bentlight", "clamp_indirect", "Clamp Indirect"),
+        ("render", "filter_size", "Filter Size"),
+    ],
+)
+def test_the_user_interface_lets_nan_through(owner, name, title, tmp_path):
+    stage.add_camera((0, 0, 9))
+    setattr(getattr(bpy.context.scene, owner), name, NAN)
+    assert f"Scene 'Scene': {title} must lie between" in failure(tmp_path)
+
+
+@pytest.mark.parametrize("value", [NAN, INFINITY, -INFINITY])
+@pytest.mark.parametrize("name", ["mass", "spin", "sphere_radius"])
+def test_black_holes_that_are_not_finite(name, value, tmp_path):
+    stage.add_camera((0, 0, 9))
+    hole = add_hole()
+    hole.bentlight[name] = value
+    assert "Black hole 'Black Hole': its transform or its settings are not finite" in failure(tmp_path)
+    bpy.data.objects.remove(hole)
+    add_hole(**{name: NAN})  # through the interface, which redraws the empty
+    assert "Black hole 'Black Hole': its transform or its settings are not finite" in failure(tmp_path)
+
+
+@pytest.mark.parametrize("value", [NAN, INFINITY, -INFINITY])
+@pytest.mark.parametrize("name", ["throat_radius", "sphere_radius"])
+def test_wormholes_that_are_not_finite(name, value, tmp_path):
+    stage.add_camera((0, 0, 9))
+    add_wormhole().bentlight[name] = value
+    assert "Wormhole 'Wormhole': its transform or its settings are not finite" in failure(tmp_path)
+
+
+@pytest.mark.parametrize("spin", [1.0, -1.0, 1.5, -3.0])
+def test_a_spin_that_is_not_below_the_mass(spin, tmp_path):
+    stage.add_camera((0, 0, 9))
+    add_hole(mass=0.5).bentlight["spin"] = spin
+    assert "Black hole 'Black Hole': its spin must be smaller than its mass" in failure(tmp_path)
+
+
+def test_sizes_that_are_not_positive(tmp_path):
+    stage.add_camera((0, 0, 9))
+    hole = add_hole()
+    hole.bentlight["mass"] = -1.0
+    assert "Black hole 'Black Hole': its mass must not be negative" in failure(tmp_path)
+    bpy.data.objects.remove(hole)
+    mouth = add_wormhole()
+    for radius in (0.0, -1.0):
+        mouth.bentlight["throat_radius"] = radius
+        assert "Wormhole 'Wormhole': its throat radius must be positive" in failure(tmp_path)
 
 
 def test_exits_of_wormholes(tmp_path):

@@ -1,4 +1,4 @@
-"""Bad input to trace_rays and ray_path: one clear error each; empty input is no error."""
+"""Bad input to spacetimes, trace_rays and ray_path: one clear error each; empty input is no error."""
 
 import numpy as np
 import pytest
@@ -32,6 +32,45 @@ def test_bad_numbers_are_named(space, bad):
 def test_zero_direction(space):
     with pytest.raises(ValueError, match=r"directions: ray 0 .* zero"):
         trace_rays(space, ORIGIN, np.zeros((1, 3)))
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, -1.0])
+def test_spacetimes_of_bad_sizes(bad):
+    for chart in ("isotropic", "areal"):
+        with pytest.raises(ValueError, match="mass: must be finite and not negative, got"):
+            Spacetime.schwarzschild(bad, chart)
+    with pytest.raises(ValueError, match="mass: must be finite and not negative, got"):
+        Spacetime.kerr(bad, 0.0)
+    with pytest.raises(ValueError, match="throat_radius: must be finite and positive, got"):
+        Spacetime.ellis(bad)
+
+
+def test_spin_must_be_smaller_than_the_mass():
+    for mass, spin in [
+        (1, 1),
+        (1, -1),
+        (1, 1.5),
+        (2, -5),
+        (0, 0.1),
+        (1, np.nan),
+        (1, np.inf),
+        (1, -np.inf),
+        (1e-300, 1),
+    ]:
+        with pytest.raises(ValueError, match=r"spin: \|spin\| must be smaller than the mass"):
+            Spacetime.kerr(mass, spin)
+    assert Spacetime.kerr(1, np.nextafter(1, 0)).spin < 1
+    assert Spacetime.kerr(0, 0).core_radius == 0
+
+
+def test_other_bad_spacetimes():
+    with pytest.raises(ValueError, match="throat_radius: must be finite and positive, got 0"):
+        Spacetime.ellis(0)
+    with pytest.raises(ValueError, match="chart: expected 'isotropic' or 'areal', got 'oblate'"):
+        Spacetime.schwarzschild(1, "oblate")
+    for make in (Spacetime.schwarzschild, Spacetime.ellis):
+        with pytest.raises(TypeError):
+            make("1")
 
 
 def test_origins_within_the_horizon():
