@@ -158,6 +158,20 @@ def test_links_in_a_circle_end():
     assert np.isfinite(result["emission"]).all()
 
 
+def test_shaders_in_a_circle_end():
+    """The lamp still shines through the two nodes that also lead to each other."""
+
+    def build(tree):
+        lamp = emission(tree, (1, 2, 3, 1))
+        first, second = new(tree, "AddShader", {0: lamp}), new(tree, "AddShader", {0: lamp})
+        tree.links.new(first.outputs[0], second.inputs[1])
+        tree.links.new(second.outputs[0], first.inputs[1])
+        return second.outputs[0]
+
+    result, _ = shade(make_material(build))
+    np.testing.assert_allclose(result["emission"] / [1, 2, 3], np.full((1, 3), 2.0), rtol=1e-6)
+
+
 def test_shaders_inside_groups_and_mixes():
     """Mix by a linked factor, add, groups with a shader output, and a muted shader node."""
 
