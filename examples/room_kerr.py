@@ -1,8 +1,9 @@
 """The same room around a spinning hole, faster and faster: a/M = 0.2, 0.4, 0.6, 0.7, 0.8, 0.9 at constant mass.
 
 The paper that this series follows has M = 2.5 and a = 0.5 ... 2.25; only the ratio matters. The axis points straight
-up: seen from the side the shadow loses its roundness. Its left edge, where the hole turns toward you, is pressed flat,
-because light that runs with the rotation can pass closer to the hole than light that runs against it.
+up, and the camera looks from the plane of the equator: the shadow moves to the right and loses its roundness. Its left
+edge, where the hole turns toward you, is pressed flat, because light that runs with the rotation can pass closer to the
+hole than light that runs against it. No stones float here, so that the edge is free.
 """
 
 import argparse
@@ -16,12 +17,15 @@ import objects
 import room_schwarzschild
 
 SPINS = (0.2, 0.4, 0.6, 0.7, 0.8, 0.9)
+RESOLUTION = (360, 360)
 
 
 def build(spin: float = 0.9) -> bpy.types.Scene:
     """Makes the room with a hole of the given a/M in the current file and returns its scene."""
-    scene = room_schwarzschild.build(spin)
-    scene.camera.data.lens = 55
+    scene = room_schwarzschild.build(spin, stones=False)
+    scene.render.resolution_x, scene.render.resolution_y = RESOLUTION
+    scene.camera.location = (0.0, -5.3, room_schwarzschild.CENTER[2])
+    scene.camera.data.sensor_fit, scene.camera.data.lens = "VERTICAL", 60
     objects.look_at(scene.camera, room_schwarzschild.CENTER)
     return scene
 
@@ -55,8 +59,8 @@ def main() -> None:
     """Renders the six pictures and the sheet."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("-o", "--output", type=Path, default=common.OUTPUT, help="folder")
-    parser.add_argument("--samples", type=common.positive, default=64)
-    parser.add_argument("--resolution", type=common.resolution, default=(480, 270), metavar="WxH")
+    parser.add_argument("--samples", type=common.positive, default=96)
+    parser.add_argument("--resolution", type=common.resolution, default=RESOLUTION, metavar="WxH")
     parser.add_argument("--no-denoise", action="store_true")
     args = parser.parse_args()
     logging.basicConfig(level=logging.INFO, format="%(message)s")

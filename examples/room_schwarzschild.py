@@ -18,13 +18,16 @@ MASS = 0.1
 CENTER = (0.0, 0.0, 1.65)
 
 
-def build(spin: float = 0.0) -> bpy.types.Scene:
-    """Makes the scene in the current file and returns it. spin: a/M of the hole."""
+def build(spin: float = 0.0, stones: bool = True) -> bpy.types.Scene:
+    """Makes the scene in the current file and returns it. spin: a/M of the hole; stones: whether some float there."""
     scene = common.new_scene(samples=128)
     scene.bentlight.max_bounces = 8
     build_room()
     build_furniture()
-    build_hole(MASS, spin)
+    bpy.ops.bentlight.black_hole_add(mass=MASS, spin=spin, location=CENTER)
+    bpy.context.object.name = "Black hole"
+    if stones:
+        build_stones(MASS, horizon_radius(MASS, spin))
     objects.camera((0.3, -5.3, 2.0), (0.05, 0.0, 1.42), lens_mm=30)
     return scene
 
@@ -67,12 +70,9 @@ def build_furniture() -> None:
     )
 
 
-def build_hole(mass: float, spin: float) -> None:
-    """The hole itself, and stones around it."""
-    bpy.ops.bentlight.black_hole_add(mass=mass, spin=spin, location=CENTER)
-    bpy.context.object.name = "Black hole"
-    horizon = mass / 2 if spin == 0 else mass * math.hypot(1 + math.sqrt(1 - spin**2), spin)  # as drawn in the scene
-    build_stones(mass, horizon)
+def horizon_radius(mass: float, spin: float) -> float:
+    """How large the horizon is drawn in the scene, at its equator."""
+    return mass / 2 if spin == 0 else mass * math.hypot(1 + math.sqrt(1 - spin**2), spin)
 
 
 def build_stones(mass: float, horizon: float, count: int = 240) -> None:

@@ -1,0 +1,70 @@
+"""An animation holds no more memory at its end than at its start: what a frame needs is freed with the frame."""
+
+import gc
+import os
+from pathlib import Path
+
+import bentlight_native
+import bpy
+import numpy as np
+import pytest
+
+from tests.engine import stage
+
+FRAMES, SETTLED = 30, 10  # allocators and Blender's caches fill during the first frames
+GRID = 200  # squares along a side
+
+
+def resident_bytes() -> int:
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE")
+
+
+def waving_grid() -> int:
+    """A square that another mesh replaces in every frame; returns the bytes of one such mesh in the core."""
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=GRID, y_subdivisions=GRID, size=8, location=(0, 0, -4))
+    bpy.context.object.modifiers.new("Wave", "WAVE")
+    triangles, vertices = 2 * GRID**2, (GRID + 1) ** 2
+    return triangles * 3 * 4 + vertices * 3 * 4  # indices and positions alone
+
+
+@pytest.fixture
+def film(tmp_path) -> bpy.types.Scene:
+    """A tiny film: camera, mass, spin and mesh all move."""
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y = 48, 27
+    scene.bentlight.samples = 2
+    scene.frame_start, scene.frame_end = 1, FRAMES
+    scene.render.filepath = str(tmp_path / "frame_")
+    stage.set_world((0.5, 0.6, 0.7))
+    camera = stage.add_camera((0, 0, 6))
+    bpy.ops.bentlight.black_hole_add(mass=0.1, spin=0.1)
+    hole = bpy.context.object
+    for frame, share in ((1, 0.0), (FRAMES, 1.0)):
+        hole.bentlight.mass, hole.bentlight.spin = 0.1 + 0.3 * share, -0.5 + 1.4 * share
+        hole.bentlight.keyframe_insert("mass", frame=frame)
+        hole.bentlight.keyframe_insert("spin", frame=frame)
+        camera.location.x = share
+        camera.keyframe_insert("location", frame=frame)
+    return scene
+
+
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="the memory in use is read from Linux")
+def test_an_animation_does_not_grow(film):
+    """Twenty frames that kept a mesh each would cost 29 MB; the bound, 6 MB, is twice what allocators vary by."""
+    mesh_bytes = waving_grid()
+    sizes = []
+
+    def measure(*_arguments) -> None:
+        sizes.append(resident_bytes())
+
+    bpy.app.handlers.render_post.append(measure)
+    try:
+        with stage.counted_renders() as count:
+            bpy.ops.render.render(animation=True)
+    finally:
+        bpy.app.handlers.render_post.remove(measure)
+    assert len(count) == len(sizes) == FRAMES
+    assert np.median(sizes[-5:]) - np.median(sizes[SETTLED : SETTLED + 5]) < 4 * mesh_bytes
+    gc.collect()
+    assert not [thing for thing in gc.get_objects() if isinstance(thing, bentlight_native.Scene)]
