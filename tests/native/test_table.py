@@ -8,18 +8,9 @@ from bentlight_native import Cancelled, DeflectionTable, Progress, Spacetime, _c
 from bentlight_native.table import map_values
 from golden import numbers, rows, sine_cosine_deg
 from rays import angle_between, isotropic_radius, planar_rays, unit
+from tables import SPACETIMES
 
 CRITICAL = 3 * np.sqrt(3)
-SPACETIMES = {
-    "isotropic": Spacetime.schwarzschild(1.0),
-    "areal": Spacetime.schwarzschild(2.5, "areal"),
-    "ellis": Spacetime.ellis(1.5),
-}
-
-
-@pytest.fixture(scope="module", params=SPACETIMES, ids=list(SPACETIMES))
-def table(request):
-    return DeflectionTable(SPACETIMES[request.param])
 
 
 def random_rays(spacetime, n=20000, seed=3):

@@ -18,17 +18,7 @@ from bentlight_native import (
 from bentlight_native.exr import read_exr, write_exr
 from bentlight_native.table import map_values
 from rays import angle_between
-
-SPACETIMES = {
-    "isotropic": Spacetime.schwarzschild(1.0),
-    "areal": Spacetime.schwarzschild(2.0, "areal"),
-    "ellis": Spacetime.ellis(1.5),
-}
-
-
-@pytest.fixture(scope="module", params=SPACETIMES, ids=list(SPACETIMES))
-def table(request):
-    return DeflectionTable(SPACETIMES[request.param])
+from tables import SPACETIMES
 
 
 @pytest.fixture(scope="module")

@@ -32,6 +32,21 @@ def render_emission(quads, rows, columns, path, pixel=1.0):
     return read_render(scene, path)
 
 
+def render_world(world, camera_data, rotation, width, height, path):
+    """What a camera sees of a world and nothing else, one sample in the middle of each pixel: as read_render."""
+    scene = bpy.data.scenes.new(world.name)
+    scene.world = world
+    world.cycles.sampling_method = "NONE"  # its map takes long to build
+    camera = bpy.data.objects.new("camera", camera_data)
+    camera.rotation_euler = rotation
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    scene.render.engine = "CYCLES"
+    scene.render.resolution_x, scene.render.resolution_y = width, height
+    scene.cycles.samples, scene.cycles.use_denoising, scene.cycles.filter_width = 1, False, 0.01
+    return read_render(scene, path)
+
+
 def read_render(scene, path):
     """Renders a scene; its linear pixels (height, width, 3) from the bottom up."""
     settings = scene.render.image_settings

@@ -4,7 +4,7 @@ import bentlight_native
 import bpy
 import numpy as np
 import pytest
-from cycles_values import read_render
+from cycles_values import render_world
 from value_cases import empty_tree, new
 
 from blender_addon.sync.images import ImageTable
@@ -22,20 +22,6 @@ def make_world(kind, **settings):
     background = new(tree, "Background", {"Color": sky.outputs[0]})
     new(tree, "OutputWorld", {"Surface": background.outputs[0]})
     return world
-
-
-def render(world, camera_data, rotation, width, height, path):
-    scene = bpy.data.scenes.new("sky")
-    scene.world = world
-    world.cycles.sampling_method = "NONE"
-    camera = bpy.data.objects.new("camera", camera_data)
-    camera.rotation_euler = rotation
-    scene.collection.objects.link(camera)
-    scene.camera = camera
-    scene.render.engine = "CYCLES"
-    scene.render.resolution_x, scene.render.resolution_y = width, height
-    scene.cycles.samples, scene.cycles.use_denoising, scene.cycles.filter_width = 1, False, 0.01
-    return read_render(scene, path)
 
 
 def our_sky(world):
@@ -60,7 +46,7 @@ def test_single_scattering_is_that_of_cycles(elevation, altitude, tmp_path):
     world = make_world(SINGLE, **settings)
     camera = bpy.data.cameras.new("camera")
     camera.type, camera.panorama_type = "PANO", "EQUIRECTANGULAR"
-    theirs = render(world, camera, (np.pi / 2, 0, -np.pi / 2), WIDTH, HEIGHT, tmp_path / "sky.exr")
+    theirs = render_world(world, camera, (np.pi / 2, 0, -np.pi / 2), WIDTH, HEIGHT, tmp_path / "sky.exr")
     rows = ((np.arange(HEIGHT) + 0.5) / HEIGHT - 0.5) * np.pi
     columns = np.pi - (np.arange(WIDTH) + 0.5) / WIDTH * 2 * np.pi
     sky, warnings = our_sky(world)
@@ -79,7 +65,7 @@ def test_the_sun_is_where_and_as_bright_as_in_cycles(tmp_path):
     azimuth = np.pi / 2 - rotation
     camera = bpy.data.cameras.new("camera")
     camera.angle = 2 * size
-    theirs = render(world, camera, (np.pi / 2 + elevation, 0, azimuth - np.pi / 2), 32, 32, tmp_path / "sun.exr")
+    theirs = render_world(world, camera, (np.pi / 2 + elevation, 0, azimuth - np.pi / 2), 32, 32, tmp_path / "sun.exr")
     place = (np.arange(32) + 0.5) / 32 * 2 - 1
     right = spherical(0.0, azimuth - np.pi / 2)
     up = spherical(elevation + np.pi / 2, azimuth)

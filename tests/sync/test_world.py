@@ -5,7 +5,7 @@ import bpy
 import mathutils
 import numpy as np
 import pytest
-from cycles_values import read_render
+from cycles_values import render_world
 from value_cases import empty_tree, new
 
 from blender_addon.sync.images import ImageTable
@@ -65,18 +65,9 @@ def directions(offset=(0.0, 0.0)):
 
 
 def render(world, path):
-    scene = bpy.data.scenes.new(world.name)
-    scene.world = world
-    world.cycles.sampling_method = "NONE"  # its map takes long to build
-    camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
-    camera.data.angle = np.pi / 2
-    camera.rotation_euler = ROTATION
-    scene.collection.objects.link(camera)
-    scene.camera = camera
-    scene.render.engine = "CYCLES"
-    scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
-    scene.cycles.samples, scene.cycles.use_denoising, scene.cycles.filter_width = 1, False, 0.01
-    return read_render(scene, path).reshape(-1, 3)
+    camera = bpy.data.cameras.new("camera")
+    camera.angle = np.pi / 2
+    return render_world(world, camera, ROTATION, WIDTH, HEIGHT, path).reshape(-1, 3)
 
 
 @pytest.mark.parametrize("name", CASES)

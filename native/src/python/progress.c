@@ -42,16 +42,8 @@ static PyMethodDef methods[] = {
     {"advance", advance, METH_O, "advance(count)\n\nAdd to `done`: for work that is driven from Python."},
     {0}};
 
-static void dealloc(PyObject *self)
-{
-  PyTypeObject *type = Py_TYPE(self);
-  freefunc release = (freefunc)PyType_GetSlot(type, Py_tp_free);
-  release(self);
-  Py_DECREF(type);
-}
-
 static PyType_Slot slots[] = {{Py_tp_doc, "Progress()\n\nShared with a running call; poll `done`, call `cancel()`."},
-                              {Py_tp_dealloc, dealloc}, {Py_tp_getset, getset}, {Py_tp_methods, methods}, {0, NULL}};
+                              {Py_tp_dealloc, object_free}, {Py_tp_getset, getset}, {Py_tp_methods, methods}, {0, NULL}};
 static PyType_Spec spec = {"bentlight_native.Progress", sizeof(progress_object), 0, Py_TPFLAGS_DEFAULT, slots};
 
 int progress_add_type(PyObject *module)

@@ -42,6 +42,15 @@ int errors_add_types(PyObject *module);
 
 /* spacetime.c, scene.c, progress.c ------------------------------------------------------------------------------- */
 
+/* Frees an object of a heap type and its hold on the type; what the object itself holds must be gone. */
+static inline void object_free(PyObject *self)
+{
+  PyTypeObject *type = Py_TYPE(self);
+  freefunc release = (freefunc)PyType_GetSlot(type, Py_tp_free);
+  release(self);
+  Py_DECREF(type);
+}
+
 int spacetime_add_type(PyObject *module);
 int progress_add_type(PyObject *module);
 int scene_add_type(PyObject *module);

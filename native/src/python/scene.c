@@ -28,11 +28,8 @@ static PyObject *new_scene(PyTypeObject *type, PyObject *args, PyObject *keyword
 
 static void dealloc(PyObject *self)
 {
-  PyTypeObject *type = Py_TYPE(self);
   bent_scene_free(((scene_object *)self)->scene);
-  freefunc release = (freefunc)PyType_GetSlot(type, Py_tp_free);
-  release(self);
-  Py_DECREF(type);
+  object_free(self);
 }
 
 /* One method table out of the topics' tables; it lives as long as the process. */

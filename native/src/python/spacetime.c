@@ -134,17 +134,9 @@ static PyMethodDef methods[] = {
     {0}};
 #undef METHOD
 
-static void dealloc(PyObject *self)
-{
-  PyTypeObject *type = Py_TYPE(self);
-  freefunc release = (freefunc)PyType_GetSlot(type, Py_tp_free);
-  release(self);
-  Py_DECREF(type);
-}
-
 static PyType_Slot slots[] = {
     {Py_tp_doc, "A spacetime: use minkowski(), schwarzschild(), kerr() or ellis(). Lengths in scene units, G = c = 1."},
-    {Py_tp_dealloc, dealloc}, {Py_tp_repr, represent}, {Py_tp_getset, getset}, {Py_tp_methods, methods}, {0, NULL}};
+    {Py_tp_dealloc, object_free}, {Py_tp_repr, represent}, {Py_tp_getset, getset}, {Py_tp_methods, methods}, {0, NULL}};
 static PyType_Spec spec = {"bentlight_native.Spacetime", sizeof(spacetime_object), 0,
                            Py_TPFLAGS_DEFAULT | Py_TPFLAGS_DISALLOW_INSTANTIATION, slots};
 

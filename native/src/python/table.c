@@ -29,11 +29,8 @@ static PyObject *table_new(PyObject *module, PyObject *spacetime)
 
 static void dealloc(PyObject *self)
 {
-  PyTypeObject *type = Py_TYPE(self);
   bent_table_free(((table_object *)self)->table);
-  freefunc release = (freefunc)PyType_GetSlot(type, Py_tp_free);
-  release(self);
-  Py_DECREF(type);
+  object_free(self);
 }
 
 static PyObject *get_rows(PyObject *self, void *closure)

@@ -230,6 +230,7 @@ LANES_INLINE lanes_mask kerr_rule(lanes rho, lanes bound, lanes wanted)
 typedef struct kerr_rounding {
   lanes critical;  /* relative error of U at the barrier: beyond 0.1 the fate is uncertain */
   lanes faint;     /* of a ray that passes far from the hole, radians: u cancels in the sums */
+  lanes turn;      /* rate at which n turns, about: sqrt(q) */
   lanes drag_rate; /* frame dragging where the ray comes closest to the horizon, d(J)/d(tau) */
   lanes total;     /* error of the direction, radians */
 } kerr_rounding;
@@ -238,12 +239,13 @@ LANES_INLINE kerr_rounding kerr_expect_rounding(const kerr_hole *hole, const ker
                                                 const kerr_barrier *b)
 {
   const lanes_mask below = start->u < b->u_p, inward = start->slope > 0;
-  const lanes turn = lanes_sqrt(lanes_max(task->q, lanes_all(1e-30))), slope2 = start->slope * start->slope;
+  const lanes slope2 = start->slope * start->slope;
   const lanes lowest = lanes_select(b->exists & ~below, lanes_min(lanes_abs(b->U_p), slope2), slope2);
   const lanes past = lanes_select(b->exists, 2 * start->doubt * (1 - b->U_p) / lanes_abs(b->U_p), lanes_all(0));
   const lanes on = 2 * start->doubt / lowest; /* a ray going out need not pass the peak */
   kerr_rounding r = {.critical = lanes_select(inward, past, lanes_min(past, on))};
-  r.faint = 2 * DBL_EPSILON * lanes_sqrt(turn);
+  r.turn = lanes_sqrt(lanes_max(task->q, lanes_all(1e-30)));
+  r.faint = 2 * DBL_EPSILON * lanes_sqrt(r.turn);
   const lanes bends = lanes_max(b->c2 + lanes_abs(b->c3) * b->u_p, lanes_all(DBL_MIN));
   const lanes short_by = lanes_sqrt(lanes_max(-b->U_p, lanes_all(0)) / bends); /* of the peak, at the turning point */
   const lanes closest = lanes_select(inward, lanes_max(b->u_p - short_by, start->u), start->u);
@@ -251,8 +253,8 @@ LANES_INLINE kerr_rounding kerr_expect_rounding(const kerr_hole *hole, const ker
   r.drag_rate = lanes_abs(hole->spin * closest * (2 - hole->spin * task->lambda * closest)) / u2_delta;
   /* The angles swept and dragged through grow by `critical` of their rates for every e-fold of winding. Factors by
    * measurement: the worst errors are 1.4 times the total. */
-  const lanes winding = (turn + 0.5 * r.drag_rate) / lanes_sqrt(lanes_max(b->c2, lanes_all(1e-6)));
-  r.total = DBL_EPSILON * (16 + 4 * turn * start->u + 2 * r.drag_rate / lanes_sqrt(u2_delta)) + r.faint +
+  const lanes winding = (r.turn + 0.5 * r.drag_rate) / lanes_sqrt(lanes_max(b->c2, lanes_all(1e-6)));
+  r.total = DBL_EPSILON * (16 + 4 * r.turn * start->u + 2 * r.drag_rate / lanes_sqrt(u2_delta)) + r.faint +
             2 * r.critical * (1 + winding);
   return r;
 }
@@ -280,7 +282,7 @@ LANES_INLINE kerr_plan kerr_plan_ray(const kerr_hole *hole, double tolerance, co
       ((lanes *)task)[i] = lanes_select(barrier, ((lanes *)task)[i], ((lanes *)&other)[i]);
   }
   /* Without a barrier the complex roots lie somewhat closer than at Im s = pi/2: a larger constant, by measurement. */
-  const lanes rate = 1 + lanes_sqrt(lanes_max(task->q, lanes_all(0))) + rounding.drag_rate;
+  const lanes rate = 1 + rounding.turn + rounding.drag_rate;
   const lanes bound = lanes_select(barrier, lanes_all(4), lanes_all(60)) * rate * task->half;
   const lanes_mask rule = kerr_rule(rho, bound, lanes_max(lanes_all(tolerance), rounding.total));
   task->error = rounding.total + lanes_min(lanes_all(tolerance), lanes_all(1)); /* the rule's own part, bounded by choice */

@@ -23,24 +23,8 @@ LANES_INLINE void kerr_add_node(const kerr_hole *hole, const kerr_task *task, la
   sums->drag += rate * (hole->spin * u) * (2 - hole->spin * task->lambda * u);
 }
 
-LANES_INLINE kerr_sums kerr_sum_barrier(const kerr_hole *hole, const kerr_task *task, int rule)
-{
-  const lanes B = hole->spin * hole->spin * task->eta, e_c = lanes_exp(task->center), inverse = 1 / e_c;
-  const lanes sinh_c = 0.5 * (e_c - inverse), cosh_c = 0.5 * (e_c + inverse);
-  kerr_sums sums = {0};
-  for (int i = 0; i < gauss_nodes[rule] / 2; i++) {
-    const double *pair = gauss_pairs[gauss_first[rule] + i];
-    const lanes e = lanes_exp(pair[0] * task->half), f = 1 / e;
-    const lanes even = 0.5 * (e + f) * sinh_c, odd = 0.5 * (e - f) * cosh_c;
-    for (int side = -1; side <= 1; side += 2) {
-      const lanes sinh_s = even + side * odd, u = task->origin - task->scale * sinh_s * sinh_s;
-      kerr_add_node(hole, task, lanes_all(2 * pair[1]), u, task->c0 + u * (task->c1 - B * u), &sums);
-    }
-  }
-  return (kerr_sums){sums.time * task->half, sums.drag * task->half};
-}
-
-LANES_INLINE kerr_sums kerr_sum_free(const kerr_hole *hole, const kerr_task *task, int rule)
+/* Gauss-Legendre over s, nodes in pairs about the center; is_free: without a barrier. */
+LANES_INLINE kerr_sums kerr_sum(const kerr_hole *hole, const kerr_task *task, int rule, int is_free)
 {
   const lanes B = hole->spin * hole->spin * task->eta, e_c = lanes_exp(task->center), inverse = 1 / e_c;
   const lanes sinh_c = 0.5 * (e_c - inverse), cosh_c = 0.5 * (e_c + inverse);
@@ -49,9 +33,15 @@ LANES_INLINE kerr_sums kerr_sum_free(const kerr_hole *hole, const kerr_task *tas
     const double *pair = gauss_pairs[gauss_first[rule] + i];
     const lanes e = lanes_exp(pair[0] * task->half), f = 1 / e, ch = 0.5 * (e + f), sh = 0.5 * (e - f);
     for (int side = -1; side <= 1; side += 2) {
-      const lanes d = task->scale * (sinh_c * ch + side * (cosh_c * sh));
-      const lanes weight = pair[1] * task->scale * (cosh_c * ch + side * (sinh_c * sh));
-      kerr_add_node(hole, task, weight, task->origin + d, task->c0 + d * d * (task->c1 + d * (task->c2 - B * d)), &sums);
+      const lanes sinh_s = sinh_c * ch + side * (cosh_c * sh);
+      if (is_free) {
+        const lanes d = task->scale * sinh_s, cosh_s = cosh_c * ch + side * (sinh_c * sh);
+        const lanes U = task->c0 + d * d * (task->c1 + d * (task->c2 - B * d));
+        kerr_add_node(hole, task, pair[1] * task->scale * cosh_s, task->origin + d, U, &sums);
+      } else {
+        const lanes u = task->origin - task->scale * sinh_s * sinh_s;
+        kerr_add_node(hole, task, lanes_all(2 * pair[1]), u, task->c0 + u * (task->c1 - B * u), &sums);
+      }
     }
   }
   return (kerr_sums){sums.time * task->half, sums.drag * task->half};
@@ -168,7 +158,7 @@ LANES_INLINE void kerr_plane_series(double spin, const kerr_task *task, lanes g2
 LANES_INLINE endpoint kerr_finish(const kerr_hole *hole, const kerr_task *task, int sum)
 {
   const int rule = sum % GAUSS_RULES, is_free = sum / GAUSS_RULES & 1, count = sum / GAUSS_RULES & 2 ? 16 : 8;
-  const kerr_sums radial = is_free ? kerr_sum_free(hole, task, rule) : kerr_sum_barrier(hole, task, rule);
+  const kerr_sums radial = is_free ? kerr_sum(hole, task, rule, 1) : kerr_sum(hole, task, rule, 0);
 
   const double spin = hole->spin, s2 = spin * spin;
   const lanes excess = task->q - s2, G = lanes_sqrt(excess * excess + 4 * s2 * task->eta), g2 = 0.5 * (excess + G);

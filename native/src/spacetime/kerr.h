@@ -45,6 +45,23 @@ LANES_INLINE void kerr_set_metric(const arc_space *space, lanes w, lanes delta, 
   at->stretch = lanes_sqrt(1 + sw2);
 }
 
+/* The place of a point of the chart, and w = 1/r there. */
+LANES_INLINE lanes kerr_place_at(const arc_space *space, const lanes x[3], kerr_place *at)
+{
+  const double s2 = space->spin * space->spin;
+  const lanes horizontal2 = x[0] * x[0] + x[1] * x[1], horizontal = lanes_sqrt(horizontal2);
+  const lanes half = 0.5 * (horizontal2 + x[2] * x[2] - s2);
+  const lanes r = lanes_sqrt(half + lanes_sqrt(half * half + s2 * x[2] * x[2])), w = 1 / r;
+  kerr_set_azimuth(x[0], x[1], horizontal, at);
+  at->cos_theta = x[2] * w;
+  at->sin_theta = horizontal / lanes_sqrt(r * r + s2);
+  kerr_set_metric(space, w, (r - space->outer) * (r - space->inner) * w * w, at);
+  return w;
+}
+
+/* The ratio of the ZAMO's clock to the one at infinity. */
+LANES_INLINE lanes kerr_lapse(const kerr_place *at) { return lanes_sqrt(at->sigma * at->delta / at->area); }
+
 /* The flat basis of the chart, which stands for the ZAMO tetrad. */
 LANES_INLINE void kerr_chart_basis(const kerr_place *at, lanes er[3], lanes et[3], lanes ep[3])
 {
@@ -101,21 +118,14 @@ LANES_INLINE void kerr_find_barrier(const arc_space *space, arc_ray *ray)
 
 LANES_INLINE void kerr_launch(const arc_space *space, const lanes origin[3], const lanes direction[3], arc_ray *ray)
 {
-  const double M = space->mass, s = space->spin, s2 = s * s;
-  const lanes horizontal2 = origin[0] * origin[0] + origin[1] * origin[1], z = origin[2];
-  const lanes horizontal = lanes_sqrt(horizontal2), half = 0.5 * (horizontal2 + z * z - s2);
-  const lanes r = lanes_sqrt(half + lanes_sqrt(half * half + s2 * z * z)), w = 1 / r;
+  const double M = space->mass, s = space->spin;
   kerr_place at;
-  kerr_set_azimuth(origin[0], origin[1], horizontal, &at);
-  at.cos_theta = z * w;
-  at.sin_theta = horizontal / lanes_sqrt(r * r + s2);
-  kerr_set_metric(space, w, (r - space->outer) * (r - space->inner) * w * w, &at);
   lanes er[3], et[3], ep[3];
+  const lanes w = kerr_place_at(space, origin, &at), r = 1 / w;
   kerr_chart_basis(&at, er, et, ep);
   const lanes toward_phi = lanes_dot(direction, ep) * r * lanes_sqrt(at.area / at.sigma); /* L / sin theta */
-  const lanes p_theta = lanes_dot(direction, et) * r * lanes_sqrt(at.sigma);
-  const lanes lapse = lanes_sqrt(at.sigma * at.delta / at.area), L = toward_phi * at.sin_theta;
-  const lanes E = lapse + (2 * M * s) * w * w * w / at.area * L, sE2 = s2 * E * E;
+  const lanes p_theta = lanes_dot(direction, et) * r * lanes_sqrt(at.sigma), L = toward_phi * at.sin_theta;
+  const lanes E = kerr_lapse(&at) + (2 * M * s) * w * w * w / at.area * L, sE2 = s * s * E * E;
   ray->energy = E;
   ray->momentum = L;
   ray->carter = p_theta * p_theta + at.cos_theta * at.cos_theta * (toward_phi * toward_phi - sE2);
