@@ -46,7 +46,7 @@ def test_agrees_with_taylor_within_the_estimates(spacetime, farthest, tolerance)
     # far away the rounding of the direction alone moves the impact parameter by EPS times the distance
     assert np.percentile(apart, 95) <= tolerance + 10 * EPS * farthest
     swept = np.abs(endpoint["swept"] - taylor["swept"])[out]
-    assert np.all(swept <= 1e-4 + 2 * (endpoint["error"] + taylor["error"])[out])
+    assert np.all(swept <= 1e-4 * (1 + taylor["swept"][out]) + 2 * (endpoint["error"] + taylor["error"])[out])
 
 
 def test_declines_little(spacetime):

@@ -110,7 +110,8 @@ def test_constants_of_motion_from_the_direction_at_the_crossings():
             alpha = lapse(space, path["position"][k])
             # the photon runs against the ray: its L is minus the look direction's
             energy = (float(GOLDEN[i]["E"]) - omega * float(GOLDEN[i]["L"])) / alpha
-            assert -energy * north_east * g_phi == pytest.approx(float(GOLDEN[i]["L"]), rel=1e-9, abs=1e-9)
+            limit = 10 * 1e-12 * abs(energy) * g_phi  # what ten tolerances of the direction make
+            assert -energy * north_east * g_phi == pytest.approx(float(GOLDEN[i]["L"]), rel=0, abs=limit)
             checked += 1
     assert checked > 50
 
@@ -138,7 +139,7 @@ def test_frequency_shifts_of_a_disk():
         energy = lapse(space, position) + omega * L_over_local  # E / E_loc
         u_t = (r**1.5 + a) / (r**0.75 * np.sqrt(r**1.5 - 3 * r**0.5 + 2 * a))
         shift = 1 / (u_t * (1 - L_over_local / energy / (r**1.5 + a))) / float(GOLDEN[i]["E"])
-        assert shift == pytest.approx(float(row["g=nu_obs/nu_em"]), rel=1e-9)
+        assert shift == pytest.approx(float(row["g=nu_obs/nu_em"]), rel=1e-12)
         checked += 1
     assert checked > 20
 
@@ -150,4 +151,4 @@ def test_lapse_of_every_observer():
         _, _, area = kerr_functions(SPIN[i], RADIUS[i], SINE[i], COSINE[i])
         omega = 2 * SPIN[i] * RADIUS[i] / area
         expected = float(row["E"]) - omega * float(row["L"])
-        assert lapse(Spacetime.kerr(1, SPIN[i]), tuple(origins[i])) == pytest.approx(expected, rel=1e-9)
+        assert lapse(Spacetime.kerr(1, SPIN[i]), tuple(origins[i])) == pytest.approx(expected, rel=1e-12)

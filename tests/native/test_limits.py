@@ -5,6 +5,7 @@ import threading
 import numpy as np
 import pytest
 from bentlight_native import Spacetime, instruction_set, lapse, ray_path, trace_rays
+from golden import EPS
 from rays import angle_between, kerr_functions, oblate_basis, unit
 
 ROUTES = ["taylor", "auto"]
@@ -13,9 +14,13 @@ ORIGINS = 12 * unit(RNG.normal(size=(200, 3))) * RNG.uniform(0.5, 2, (200, 1))
 DIRECTIONS = unit(unit(RNG.normal(size=(200, 3))) - 0.8 * unit(ORIGINS))
 
 
-def clear(*results, error=1e-3):
-    """Rays that all results let escape and that are not close to the critical ray."""
-    return np.logical_and.reduce([np.isin(r["fate"], (1, 3)) & (r["error"] < error) for r in results])
+def assert_agree(one, other, turned=None, allowance=0.0):
+    """Same fates, and directions (those of `one` given `turned`, if they are to be) within both estimates."""
+    assert np.array_equal(one["fate"], other["fate"])
+    out = np.isin(one["fate"], (1, 3))
+    assert out.mean() > 0.5
+    apart = angle_between((one["direction"] if turned is None else turned)[out], other["direction"][out])
+    assert np.all(apart <= one["error"][out] + other["error"][out] + allowance)
 
 
 @pytest.mark.parametrize("route", ROUTES)
@@ -30,27 +35,25 @@ def test_without_mass_rays_are_straight(mass, route):
 
 @pytest.mark.parametrize("route", ROUTES)
 def test_a_small_mass_bends_by_the_weak_field_formula(route):
-    """alpha = 4M/b + (15 pi / 4 - ...) (M/b)^2 from far away: the first order is exact to the second."""
+    """alpha = 4 M/b + 15 pi/4 (M/b)^2 + 128/3 (M/b)^3 from far away; the rest is rounding of the direction."""
     mass, b, distance = 1e-6, np.array([5.0, 20.0, 100.0]), 1e7
     origins = np.stack([b, -np.full(3, distance), np.zeros(3)], -1)
     directions = np.tile([0.0, 1.0, 0.0], (3, 1))
     got = trace_rays(Spacetime.schwarzschild(mass), origins, directions, 1e-14, route=route)
     bend = np.arctan2(-got["direction"][:, 0], got["direction"][:, 1])
-    assert np.all(np.abs(bend - 4 * mass / b) < 12 * (mass / b) ** 2 + 4 * mass / b * (b / distance) ** 2 + 1e-14)
+    weak = 4 * mass / b + 15 * np.pi / 4 * (mass / b) ** 2 + 128 / 3 * (mass / b) ** 3
+    assert np.all(np.abs(bend - weak) < 20 * EPS)
 
 
 @pytest.mark.parametrize("route", ROUTES)
 def test_no_spin_is_schwarzschild(route):
     areal = trace_rays(Spacetime.schwarzschild(1, "areal"), ORIGINS, DIRECTIONS, 1e-13, route=route)
     zero = trace_rays(Spacetime.kerr(1, 0.0), ORIGINS, DIRECTIONS, 1e-13, route=route)
-    assert np.array_equal(areal["fate"], zero["fate"])
-    sure = clear(areal, zero)
-    assert angle_between(areal["direction"], zero["direction"])[sure].max() < 1e-11
+    assert_agree(areal, zero)
     for spin in (1e-9, 1e-12):
         little = trace_rays(Spacetime.kerr(1, spin), ORIGINS, DIRECTIONS, 1e-13, route=route)
-        sure = clear(areal, little, error=1e-10)
-        assert np.array_equal(areal["fate"], little["fate"])
-        assert angle_between(areal["direction"], little["direction"])[sure].max() < 100 * spin + 1e-11
+        # dragging turns a ray that keeps away from the critical one by about 4 a M / b^2
+        assert_agree(areal, little, allowance=4 * spin)
 
 
 @pytest.mark.parametrize("route", ROUTES)
@@ -60,9 +63,7 @@ def test_mirrored_spin_mirrors_rays(spin, route):
     mirror = np.array([1.0, -1.0, 1.0])
     left = trace_rays(Spacetime.kerr(1, spin), ORIGINS, DIRECTIONS, 1e-12, route=route)
     right = trace_rays(Spacetime.kerr(1, -spin), ORIGINS * mirror, DIRECTIONS * mirror, 1e-12, route=route)
-    assert np.array_equal(left["fate"], right["fate"])
-    sure = clear(left, right)
-    assert angle_between(left["direction"], right["direction"] * mirror)[sure].max() < 1e-11
+    assert_agree(left, right, left["direction"] * mirror)
 
 
 @pytest.mark.parametrize("route", ROUTES)
@@ -73,9 +74,7 @@ def test_the_axis_of_symmetry(route):
     one = trace_rays(space, ORIGINS, DIRECTIONS, 1e-12, route=route)
     for matrix in (turn, np.diag([1.0, 1.0, -1.0])):
         other = trace_rays(space, ORIGINS @ matrix.T, DIRECTIONS @ matrix.T, 1e-12, route=route)
-        assert np.array_equal(one["fate"], other["fate"])
-        sure = clear(one, other)
-        assert angle_between(one["direction"] @ matrix.T, other["direction"])[sure].max() < 1e-11
+        assert_agree(one, other, one["direction"] @ matrix.T)
 
 
 @pytest.mark.parametrize("route", ROUTES)
@@ -89,9 +88,7 @@ def test_scale_does_not_matter(scale, route):
     for small, large in pairs:
         one = trace_rays(small, ORIGINS, DIRECTIONS, 1e-12, route=route)
         other = trace_rays(large, ORIGINS * scale, DIRECTIONS, 1e-12, route=route)
-        assert np.array_equal(one["fate"], other["fate"])
-        sure = clear(one, other)
-        assert angle_between(one["direction"], other["direction"])[sure].max() < 1e-11
+        assert_agree(one, other)
 
 
 def zamo(spin_seen, position):
@@ -145,8 +142,8 @@ def test_forward_then_backward_returns_to_the_start(there, back, spin):
         time *= local_energy(there, spin, origin, direction, turned)
         end = ray_path(back, turned, -heading, [time], 1e-13)
         stretch = 1e-13 * (1 + np.linalg.norm(turned)) / min(1, np.linalg.norm(turned) - back.core_radius)
-        assert np.linalg.norm(end["position"][0] - origin) < 100 * stretch * np.linalg.norm(origin)
-        assert angle_between(end["direction"][0], -direction) < 100 * stretch
+        assert np.linalg.norm(end["position"][0] - origin) < stretch * np.linalg.norm(origin)
+        assert angle_between(end["direction"][0], -direction) < stretch
         returned += 1
     assert returned > 100
 
@@ -163,7 +160,7 @@ def test_constants_of_motion_along_kerr_paths(spin):
         energy, momentum = kerr_constants(-spin, position, heading)
         away = np.linalg.norm(position, axis=1) > 1.2 * np.hypot(1 + np.sqrt(1 - spin**2), spin)
         ratio = (momentum / energy)[away]
-        assert np.ptp(ratio) < 1e-10 * (1 + np.abs(ratio).max())
+        assert np.ptp(ratio) < 1e-12 * (1 + np.abs(ratio).max())
 
 
 def test_directions_along_a_path_are_its_tangents():
@@ -175,7 +172,7 @@ def test_directions_along_a_path_are_its_tangents():
             if np.isnan(path["position"]).any() or path["far"].any():
                 continue
             tangent = unit(path["position"][2] - path["position"][0])
-            assert angle_between(tangent, path["direction"][1]) < 1e-6
+            assert angle_between(tangent, path["direction"][1]) < 1e-9  # the difference is good to the step squared
 
 
 def test_the_oblate_chart_draws_its_own_frame():
