@@ -24,14 +24,14 @@ class Oracle:
         self.boxes = np.ascontiguousarray(np.stack([triangles.min(1), triangles.max(1)], 1), float)
 
     def hits(self, origins, directions):
-        """Fate (n,), triangle (n,), -1 for none, and position (n, 3) of the first hits."""
+        """Fate (n,), triangle (n,), -1 for none, position (n, 3) and drawn length (n,) of the first hits."""
         n = len(origins)
-        fate, triangle, position = np.empty(n, np.int32), np.empty(n, np.int32), np.empty((n, 3))
+        fate, triangle, position, length = np.empty(n, np.int32), np.empty(n, np.int32), np.empty((n, 3)), np.empty(n)
         self.library.oracle_hits(
             *self.space, ctypes.c_size_t(len(self.triangles)), pointer(self.triangles), pointer(self.boxes),
             ctypes.c_size_t(n), pointer(np.ascontiguousarray(origins)), pointer(np.ascontiguousarray(directions)),
-            pointer(fate), pointer(triangle), pointer(position))  # fmt: skip
-        return fate, triangle, position
+            pointer(fate), pointer(triangle), pointer(position), pointer(length))  # fmt: skip
+        return fate, triangle, position, length
 
     def distances(self, origins, directions, segments):
         """Smallest distance of each ray from its own segments (n, k, 2, 3)."""
@@ -47,3 +47,14 @@ class Oracle:
         """Distance of each ray from the nearest edge of a triangle each."""
         corners = self.triangles[triangle]
         return self.distances(origins, directions, np.stack([corners, np.roll(corners, -1, axis=1)], axis=2))
+
+    def length_to(self, origin, direction, triangle, shift):
+        """Drawn length at which one ray meets one triangle that is moved by `shift` along its normal, or infinity."""
+        corners = self.triangles[triangle]
+        normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+        moved = (corners + shift * normal / np.linalg.norm(normal))[None]
+        alone = Oracle.__new__(Oracle)
+        alone.library, alone.space, alone.triangles = self.library, self.space, moved
+        alone.boxes = np.ascontiguousarray(np.stack([moved.min(1), moved.max(1)], 1))
+        fate, _, _, length = alone.hits(origin[None], direction[None])
+        return length[0] if fate[0] == 4 else np.inf

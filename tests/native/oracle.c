@@ -175,7 +175,8 @@ static void launch(const space *s, const double o[3], const double d[3], state *
   for (int k = 0; k < 3; k++) y->p[k] = sqrt(n2) * d[k];
 }
 
-/* Distance from the horizon or throat and the fate there; 0 while on the way. */
+/* Distance from the horizon or throat and the fate there; 0 while on the way. Rays are drawn down to 1e-7 above the
+ * horizon's radius r, which in the isotropic chart is 6.33e-4. */
 static int arrived(const space *s, const double x[3], double outer, double *room)
 {
   const double R = sqrt(dot(x, x));
@@ -184,7 +185,7 @@ static int arrived(const space *s, const double x[3], double outer, double *room
   *room = r - core;
   if (R > outer) return ESCAPED;
   if (s->kind == ELLIS && R < core) return ESCAPED_FAR;
-  return *room < 1e-2 * core && s->kind != ELLIS ? CAPTURED : 0;
+  return *room < (s->kind == KERR ? 1e-7 : 6.33e-4) * core && s->kind != ELLIS ? CAPTURED : 0;
 }
 
 typedef struct polyline {
@@ -211,9 +212,10 @@ static int follow(const space *s, const double o[3], const double d[3], double o
       return fate;
     }
     derivative(s, &y, v0, a0);
-    const double near = s->kind == KERR ? fmax(room, 0.02 * s->mass) : sqrt(dot(y.x, y.x));
+    /* Kerr-Schild coordinates need no short steps at the horizon, but there the drawn azimuth turns like log(room). */
+    const double near = s->kind == KERR ? fmin(fmax(room, 0.02 * s->mass), 4 * room) : sqrt(dot(y.x, y.x));
     const double length = fmin(PIECES * chord, 0.01 * near * (s->kind == KERR || s->kind == ELLIS ? 1 : fmin(1, 4 * room / near)));
-    const double h = fmax(length, 1e-7) / sqrt(dot(v0, v0));
+    const double h = fmax(length, 1e-11) / sqrt(dot(v0, v0));
     const state before = y;
     runge_kutta(s, &y, h);
     derivative(s, &y, v1, a0);
@@ -223,9 +225,17 @@ static int follow(const space *s, const double o[3], const double d[3], double o
       for (int k = 0; k < 3; k++)
         x[k] = u * u * (1 + 2 * t) * before.x[k] + t * u * u * h * v0[k] + t * t * (3 - 2 * t) * y.x[k] -
                t * t * u * h * v1[k];
-      draw(s, x, block.points[++block.count]);
-      if (block.count < BLOCK) continue;
+      double *drawn = block.points[++block.count];
+      draw(s, x, drawn);
+      const double excess = sqrt(dot(x, x)) - s->throat / 2;
+      const int beyond = s->kind == ELLIS && excess < 0;
+      if (beyond) { /* back onto the throat */
+        const double *last = block.points[block.count - 1], back = excess / (excess - (sqrt(dot(last, last)) - s->throat / 2));
+        for (int k = 0; k < 3; k++) drawn[k] += back * (last[k] - drawn[k]);
+      }
+      if (block.count < BLOCK && !beyond) continue;
       if (visit(user, &block)) return HIT;
+      if (beyond) return ESCAPED_FAR;
       memcpy(block.points[0], block.points[BLOCK], sizeof block.points[0]);
       block.count = 0;
     }
@@ -238,8 +248,14 @@ typedef struct search {
   const double (*triangles)[3][3];
   const double (*boxes)[2][3];
   int triangle;
-  double position[3];
+  double position[3], length; /* up to the block's beginning; of the hit, once there is one */
 } search;
+
+static double distance(const double a[3], const double b[3])
+{
+  const double d[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+  return sqrt(dot(d, d));
+}
 
 /* The fraction of the chord at which it meets the triangle, or 2 (Moller & Trumbore 1997). */
 static double meet(const double a[3], const double b[3], const double t[3][3])
@@ -277,20 +293,24 @@ static int visit_search(void *user, const polyline *block)
         f->position[k] = block->points[i][k] + s * (block->points[i + 1][k] - block->points[i][k]);
     }
   }
-  return best <= BLOCK;
+  const int found = best <= BLOCK, end = found ? (int)best : block->count;
+  for (int i = 0; i < end; i++) f->length += distance(block->points[i], block->points[i + 1]);
+  if (found) f->length += distance(block->points[end], f->position);
+  return found;
 }
 
-/* The first hits of n rays: fate, triangle (-1) and position. boxes: lower and upper corners of the triangles. */
+/* The first hits of n rays: fate, triangle (-1), position, and drawn length up to it. boxes: lower and upper corners of the triangles. */
 void oracle_hits(int kind, double mass, double spin, double throat, double outer, double chord, size_t count,
                  const double (*triangles)[3][3], const double (*boxes)[2][3], size_t n, const double (*origins)[3],
-                 const double (*directions)[3], int32_t *fate, int32_t *triangle, double (*position)[3])
+                 const double (*directions)[3], int32_t *fate, int32_t *triangle, double (*position)[3], double *length)
 {
   const space s = {kind, mass, -spin, throat};
   for (size_t i = 0; i < n; i++) {
-    search f = {count, triangles, boxes, -1, {NAN, NAN, NAN}};
+    search f = {count, triangles, boxes, -1, {NAN, NAN, NAN}, 0};
     fate[i] = follow(&s, origins[i], directions[i], outer, chord, visit_search, &f);
     triangle[i] = f.triangle;
     memcpy(position[i], f.position, sizeof f.position);
+    length[i] = f.length;
   }
 }
 

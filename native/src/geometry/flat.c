@@ -17,7 +17,7 @@ double flat_land(const geometry *g, const found *f, vec3 origin, vec3 direction,
   /* Seen almost edge-on, the plane is met too far away to be of use; then Embree's own point of the triangle stands. */
   const int useful = barycentric_outside(b) < 0.01;
   if (!useful) b[0] = f->b[0], b[1] = f->b[1];
-  barycentric_clamp(b);
+  triangle_clamp(&t, b);
   const vec3 position = triangle_point(&t, b);
   if (!useful) length = v3_dot(v3_sub(position, origin), direction);
   hit->instance = f->instance, hit->triangle = f->triangle;

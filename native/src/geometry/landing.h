@@ -10,6 +10,8 @@
 /* Secant steps at most; a lane stops when it moves by no more than this fraction of its offset. */
 #define SECANT_STEPS 12
 #define SECANT_CHANGE 1e-12
+/* The arc meets the plane where it is no farther from it than this part of the tolerance. */
+#define OFF_PLANE_MAX 1e-3
 /* A point this far outside its triangle, in barycentric terms, has another triangle looked for. */
 #define OUTSIDE_MAX 1e-9
 #define REFINEMENTS_MAX 3
@@ -35,25 +37,26 @@ LANES_INLINE lanes plane_value(const march *m, const arc *arc, const planes *p, 
   return lanes_dot(p->normal, numerator) - p->distance * *w;
 }
 
-/* Offsets at which the arc meets the planes, from the chords' guesses. `rise`: N . (change of X) over the chord. */
+/* Offsets at which the arc meets the planes, from the chords' guesses; NaN where it does not, near the chord. `rise`:
+ * N . (change of X) over the chord. Steps may leave the chord by half of it, but not the arc where it ends for good. */
 LANES_INLINE lanes plane_crossing(const march *m, const arc *arc, const planes *p, lanes low, lanes high, lanes guess,
                                   lanes rise)
 {
-  lanes w, x0 = guess, x1, f0 = plane_value(m, arc, p, x0, &w);
-  const lanes margin = 0.5 * (high - low), lowest = lanes_max(low - margin, lanes_all(0)), highest = high + margin;
-  x1 = x0 - f0 * (high - low) / (w * rise);
-  lanes_mask moving = lanes_mask_all(1);
-  for (int i = 1; i < SECANT_STEPS; i++) {
+  const lanes margin = 0.5 * (high - low), lowest = lanes_max(low - margin, lanes_all(0));
+  const lanes highest = lanes_select(arc->falls, lanes_min(high + margin, arc->step), high + margin);
+  lanes w, x0 = guess, f0 = plane_value(m, arc, p, x0, &w), x1 = x0 - f0 * (high - low) / (w * rise), f1 = f0;
+  lanes_mask moving = f0 != 0; /* lanes stop on their own, so that their neighbors do not matter */
+  x1 = lanes_select(moving, x1, x0);
+  for (int i = 1; i < SECANT_STEPS && lanes_any(moving); i++) {
     x1 = lanes_min(lanes_max(x1, lowest), highest);
-    const lanes f1 = plane_value(m, arc, p, x1, &w), slope = (f1 - f0) / (x1 - x0);
-    const lanes x2 = x1 - f1 / slope;
-    moving &= (x2 >= lowest) & (x2 <= highest); /* lanes stop on their own, so that their neighbors do not matter */
-    x0 = x1, f0 = f1;
-    x1 = lanes_select(moving, x2, x1);
-    moving &= lanes_abs(x1 - x0) > SECANT_CHANGE * highest;
-    if (!lanes_any(moving)) break;
+    f1 = lanes_select(moving, plane_value(m, arc, p, x1, &w), f1);
+    const lanes step = f1 * (x1 - x0) / (f1 - f0);
+    moving &= lanes_abs(step) > SECANT_CHANGE * highest;
+    x0 = lanes_select(moving, x1, x0), f0 = lanes_select(moving, f1, f0);
+    x1 = lanes_select(moving, x1 - step, x1);
   }
-  return x1;
+  const double scale = m->lens->scale;
+  return lanes_select(lanes_abs(f1) * scale <= OFF_PLANE_MAX * m->tolerance * w, x1, lanes_all(NAN));
 }
 
 /* How far along the chord a point beside it is. */
@@ -91,19 +94,23 @@ static unsigned look_again(const march *m, const arc *arc, unsigned again, lanes
   return changed;
 }
 
-/* One lane's hit: its triangle and point. Returns nonzero if the arc meets the plane outside the triangle. */
+/* One lane's hit: its triangle and point. Returns nonzero if the arc does not meet the triangle itself. */
 static int settle(march *m, const outcome *out, const triangle *t, int lane, int met, vec3 point)
 {
   bent_hit *hit = &m->hits[m->target[lane]];
   const found *f = &out->found[lane];
-  double b[2] = {f->b[0], f->b[1]};
-  if (met) triangle_barycentric(t, point, b);
-  const int outside = !(barycentric_outside(b) <= OUTSIDE_MAX);
-  if (!(barycentric_outside(b) < 0.5)) b[0] = f->b[0], b[1] = f->b[1]; /* edge-on: the chord's own point stands */
-  barycentric_clamp(b);
+  double b[2];
+  triangle_barycentric(t, point, b);
+  const int outside = !met || !(barycentric_outside(b) <= OUTSIDE_MAX);
+  triangle_clamp(t, b);
+  vec3 position = triangle_point(t, b);
+  if (!met || !(v3_length(v3_sub(position, point)) <= m->tolerance[lane])) { /* the chord's own point stands */
+    b[0] = f->b[0], b[1] = f->b[1];
+    triangle_clamp(t, b);
+    position = triangle_point(t, b);
+  }
   hit->instance = f->instance, hit->triangle = f->triangle;
   hit->barycentric[0] = b[0], hit->barycentric[1] = b[1];
-  const vec3 position = triangle_point(t, b);
   v3_to(hit->position, position);
   hit->length = out->from[lane] + length_along(out, lane, position);
   return outside;

@@ -65,7 +65,7 @@ static int is_met(const triangle *t, const query *q, const start *s)
   /* Beside the triangle, but the query was off by as much. A neighbor at an angle is met there or its own neighbor is;
    * one that goes on straight, concave only by rounding of its vertices, is not. */
   const double turn = v3_length(v3_cross(s->normal, t->normal)) / size;
-  barycentric_clamp(b);
+  triangle_clamp(t, b);
   return turn > 1e-3 && v3_length(v3_sub(point, triangle_point(t, b))) * cosine <= 4 * INSIDE * s->rounding;
 }
 

@@ -28,13 +28,23 @@ static inline void triangle_barycentric(const triangle *t, vec3 point, double ou
 /* How far the weights lie outside the triangle: 0 or negative inside, NaN for NaN. */
 static inline double barycentric_outside(const double b[2]) { return fmax(fmax(-b[0], -b[1]), b[0] + b[1] - 1); }
 
-/* Weights made nonnegative and of sum 1: a point of the triangle near the given one. */
-static inline void barycentric_clamp(double b[2])
+/* Makes the weights those of the triangle's nearest point. */
+static inline void triangle_clamp(const triangle *t, double b[2])
 {
-  double w0 = 1 - b[0] - b[1], w1 = b[0], w2 = b[1];
-  w0 = w0 > 0 ? w0 : 0, w1 = w1 > 0 ? w1 : 0, w2 = w2 > 0 ? w2 : 0;
-  const double sum = w0 + w1 + w2;
-  b[0] = w1 / sum, b[1] = w2 / sum;
+  const double corners[4][2] = {{0, 0}, {1, 0}, {0, 1}, {0, 0}};
+  double nearest = INFINITY, best[2] = {b[0], b[1]};
+  if (barycentric_outside(b) <= 0) return;
+  for (int i = 0; i < 3; i++) {
+    const double *a = corners[i], edge[2] = {corners[i + 1][0] - a[0], corners[i + 1][1] - a[1]};
+    const vec3 along = v3_mad(t->edge1, edge[0], v3_scale(t->edge2, edge[1]));
+    const vec3 to = v3_mad(t->edge1, b[0] - a[0], v3_scale(t->edge2, b[1] - a[1]));
+    const double part = fmin(fmax(v3_dot(to, along) / v3_dot(along, along), 0), 1);
+    const vec3 off = v3_mad(along, -part, to);
+    if (!(v3_dot(off, off) < nearest)) continue;
+    nearest = v3_dot(off, off);
+    best[0] = a[0] + part * edge[0], best[1] = a[1] + part * edge[1];
+  }
+  b[0] = best[0], b[1] = best[1];
 }
 
 static inline vec3 triangle_point(const triangle *t, const double b[2])

@@ -240,8 +240,8 @@ LANES_INLINE void arc_land(const arc_space *space, const arc_ray *ray, arc *arc)
 }
 
 /* Scene position at an offset, as a point [numerator, w] of projective space: position = numerator / w. At infinity w is 0
- * and the numerator points to the ray's asymptotic direction. Ellis, beyond the throat (numerator's `far` nonzero): the
- * position in the other mouth's axes, the mirror diag(1, -1, 1) included. */
+ * and the numerator points to the ray's asymptotic direction. Ellis, beyond the throat (`far` nonzero): the radius is the
+ * other mouth's, the axes are still this one's, so that the position is continuous (ellis_mirror turns to the other's). */
 LANES_INLINE void arc_position(const arc_space *space, const arc_ray *ray, const arc *arc, lanes offset,
                                lanes numerator[3], lanes *w, lanes_mask *far)
 {
@@ -252,7 +252,7 @@ LANES_INLINE void arc_position(const arc_space *space, const arc_ray *ray, const
   else schwarzschild_position(space, ray, offset, *w, numerator);
 }
 
-/* Local unit direction of travel at an offset, written in the axes of arc_position (the other mouth's beyond a throat). */
+/* Local unit direction of travel at an offset, written in the axes of arc_position, outward beyond a throat. */
 LANES_INLINE void arc_direction(const arc_space *space, const arc_ray *ray, const arc *arc, lanes offset,
                                 lanes direction[3])
 {

@@ -68,7 +68,6 @@ LANES_INLINE void ellis_position(const arc_ray *ray, const arc *arc, lanes offse
   *far = p < 0;
   const lanes scale = 0.5 * (1 + lanes_abs(p));
   for (int k = 0; k < 3; k++) numerator[k] = scale * n[k];
-  ellis_mirror(*far, numerator);
 }
 
 LANES_INLINE void ellis_direction(const arc_space *space, const arc_ray *ray, const arc *arc, lanes offset,
@@ -82,7 +81,6 @@ LANES_INLINE void ellis_direction(const arc_space *space, const arc_ray *ray, co
   const lanes_mask far = p < 0;
   const lanes outward = lanes_select(far, -v, v), along = space->throat_radius * w * ray->momentum;
   for (int k = 0; k < 3; k++) direction[k] = outward * n[k] + along * m[k];
-  ellis_mirror(far, direction);
 }
 
 LANES_INLINE lanes ellis_drift(const arc_space *space, const arc_ray *ray)

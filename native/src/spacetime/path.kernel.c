@@ -25,6 +25,8 @@ static void write_points(const arc_space *space, const arc_ray *ray, const arc *
       offset[points] = path->mino_times[first + points] - begin;
     arc_position(space, ray, arc, offset, numerator, &w, &far);
     arc_direction(space, ray, arc, offset, direction);
+    ellis_mirror(far, numerator);
+    ellis_mirror(far, direction);
     for (int i = 0; i < points; i++, path->done++) {
       path->sides[path->done] = far[i] != 0;
       for (int k = 0; k < 3; k++) {
