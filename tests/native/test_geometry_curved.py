@@ -109,9 +109,9 @@ class Case:
     def wrong(self, hits, allowed):
         """Rows in which we do not report what the ray, moved by no more than `allowed` (n,), meets first.
 
-        A hit must lie on the ray. The true triangle may be passed over only where the ray is that near to one of its edges,
-        or where moving it or ours by as much lets the ray miss it, as where it dips through it and out again, or meet ours
-        first, as where the two cross.
+        A hit must lie on the ray. The true triangle may be passed over only where the ray is that near to one of its
+        edges, or where moving it or ours by as much lets the ray miss it, as where it dips through it and out again, or
+        meet ours first, as where the two cross.
         """
         met, true = hits["fate"] == 4, self.fate == 4
         off = np.linalg.norm(hits["position"] - self.position, axis=1)  # NaN where either sees no hit
