@@ -172,7 +172,10 @@ LANES_INLINE lanes kerr_plan_barrier(const kerr_barrier *b, const kerr_start *st
   const lanes s_1 = kerr_asinh_root((u_t - u_1) / gap), inverse = 1 / lanes_max(task->half, lanes_all(1e-30));
   const lanes real = lanes_max((s_1 - lanes_abs(task->center)) * inverse, lanes_all(1));
   const lanes imaginary = 0.5 * M_PI * inverse;
-  return lanes_min(real + lanes_sqrt(real * real - 1), imaginary + lanes_sqrt(imaginary * imaginary + 1));
+  const lanes rho = lanes_min(real + lanes_sqrt(real * real - 1), imaginary + lanes_sqrt(imaginary * imaginary + 1));
+  /* At the horizon of a maximal hole u_3 may all but meet the next root, and is then not known well enough: no rule will do. */
+  const lanes apart = 6 + w * (3 * cubic - 12 * k * w);
+  return lanes_select(apart < 0.01, lanes_all(1), rho);
 }
 
 /* A lower bound of the distance from u to the complex roots of U: inside it the terms of the Taylor series at u add up to
