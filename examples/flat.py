@@ -30,13 +30,14 @@ def build(material: str = "all", light: str = "area") -> bpy.types.Scene:
     objects.quad("Floor", (-6, -4, 0), (12, 0, 0), (0, 10, 0), floor)
     objects.quad("Red wall", (-6, -4, 0), (0, 10, 0), (0, 0, 5), materials.diffuse("Red", (0.7, 0.1, 0.06)))
     objects.quad("Green wall", (6, 6, 0), (0, -10, 0), (0, 0, 5), materials.diffuse("Green", (0.1, 0.5, 0.12)))
+    objects.quad("Back wall", (-6, 6, 0), (12, 0, 0), (0, 0, 5), materials.diffuse("Slate", (0.25, 0.28, 0.34)))
     radius = 1.3 if len(chosen) == 1 else 2.7 / columns
     for index, name in enumerate(chosen):
         row, column = divmod(index, columns)
         x = (column - (min(columns, len(chosen)) - 1) / 2) * 2.5 * radius
         objects.sphere(name, (x, 2.6 * radius * row, radius), radius, MATERIALS[name]())
     LIGHTS[light]()
-    objects.camera((0, -7.5, 3.4), (0, 0.6, 0.7), lens_mm=38)
+    objects.camera((0, -7.5, 4.6), (0, 0.95, 0.35), lens_mm=46)
     return scene
 
 

@@ -21,6 +21,7 @@ def build() -> bpy.types.Scene:
     """Makes the scene in the current file and returns it."""
     scene = common.new_scene(samples=160)
     scene.bentlight.max_bounces = 8
+    scene.view_settings.exposure = 0.4  # a long look into a dim room
     build_library()
     build_garden()
     build_sky()
@@ -32,7 +33,7 @@ def build() -> bpy.types.Scene:
 
 
 def build_library() -> None:
-    """A closed room with books on three walls and two warm lamps."""
+    """A closed room with books on three walls and two warm lamps, dim enough to see the daylight from the mouth."""
     wood = materials.principled("Wood", (0.16, 0.07, 0.03), roughness=0.35)
     wall = materials.principled("Wall", (0.35, 0.30, 0.24), roughness=0.8)
     carpet = materials.checker("Carpet", (0.36, 0.05, 0.04), (0.20, 0.03, 0.05), 1.0, roughness=0.9)
@@ -59,8 +60,8 @@ def build_library() -> None:
     build_shelves("Back", (-3.3, 2.98, 0.1), 6.6, 0, wood, covers, random)
     build_shelves("Left", (-3.48, -4.5, 0.1), 7.2, 90, wood, covers, random)
     build_shelves("Right", (3.48, 2.7, 0.1), 7.2, -90, wood, covers, random)
-    objects.area_light("Left lamp", (-1.7, -1, 3.55), (-1.7, -1, 0), (1.8, 4.0), 200, (1.0, 0.72, 0.42))
-    objects.area_light("Right lamp", (1.7, -1, 3.55), (1.7, -1, 0), (1.8, 4.0), 200, (1.0, 0.72, 0.42))
+    objects.area_light("Left lamp", (-1.7, -1, 3.55), (-1.7, -1, 0), (1.8, 4.0), 65, (1.0, 0.72, 0.42))
+    objects.area_light("Right lamp", (1.7, -1, 3.55), (1.7, -1, 0), (1.8, 4.0), 65, (1.0, 0.72, 0.42))
 
 
 def build_shelves(
@@ -102,7 +103,7 @@ def build_shelves(
 
 def build_garden() -> None:
     """A terrace with columns and cypresses around the other mouth; Suzanne looks into it."""
-    sand = materials.checker("Terrace", (0.75, 0.66, 0.52), (0.58, 0.47, 0.36), 0.5, roughness=0.8)
+    sand = materials.checker("Terrace", (0.56, 0.46, 0.34), (0.40, 0.31, 0.22), 0.5, roughness=0.8)
     grass = materials.principled("Grass", (0.10, 0.22, 0.04), roughness=0.9)
     marble = materials.principled("Marble", (0.85, 0.83, 0.80), roughness=0.4)
     cypress = materials.principled("Cypress", (0.03, 0.10, 0.03), roughness=0.9)
@@ -127,8 +128,8 @@ def build_garden() -> None:
             location=(x + distance * math.cos(angle), y + distance * math.sin(angle), height / 2),
         )
         objects.place(bpy.context.object, cypress)
-    objects.box("Pedestal", (x, y + 2.6, 0.5), (1.1, 1.1, 1.0), marble)
-    objects.suzanne((x, y + 2.6, 1.9), 1.9, 0, bronze)
+    objects.box("Pedestal", (x, y + 2.1, 0.5), (1.1, 1.1, 1.0), marble)
+    objects.suzanne((x, y + 2.1, 1.9), 1.9, 0, bronze)
 
 
 def build_sky() -> None:
@@ -146,7 +147,7 @@ def build_sky() -> None:
     sky = np.array((0.9, 0.95, 1.0)) * (1 - up) ** 4 + np.array((0.12, 0.34, 0.95)) * (1 - (1 - up) ** 4)
     sun = np.array((-0.55, -0.45, 0.70)) / np.linalg.norm((-0.55, -0.45, 0.70))
     cosine = np.clip(direction @ sun, 0, 1)[..., None]
-    sky = sky + np.array((1.0, 0.85, 0.6)) * (22.0 * cosine**50 + 0.6 * cosine**6)
+    sky = 1.2 * sky + np.array((1.0, 0.85, 0.6)) * (22.0 * cosine**50 + 0.6 * cosine**6)
     sky = np.where(elevation[..., None] < 0, np.array((0.25, 0.22, 0.18)), sky)
     pixels = np.concatenate([sky, np.ones((height, width, 1))], axis=-1)
     objects.set_world_image(materials.float_image("Sky", pixels))
