@@ -109,6 +109,23 @@ def test_the_picture_does_not_depend_on_threads_or_tiles(tmp_path, monkeypatch):
         assert np.array_equal(picture, pictures[0])
 
 
+def test_no_tile_takes_long(tmp_path, monkeypatch):
+    """Whatever the samples: the user sees the picture grow."""
+    sizes = []
+
+    def no_tiles(*rectangle_and_size: int) -> list:
+        sizes.append(rectangle_and_size[-1])
+        return []
+
+    monkeypatch.setattr(final, "spiral_tiles", no_tiles)
+    scene = simple_scene()
+    scene.render.resolution_x, scene.render.resolution_y = 1920, 1080
+    for samples in (16, 1024, 4096):
+        scene.bentlight.samples = samples
+        stage.render(tmp_path)
+    assert sizes == [64, 32, 16]
+
+
 def test_the_seed_changes_the_noise(tmp_path):
     scene = simple_scene()
     first = stage.render(tmp_path)["Combined"]
