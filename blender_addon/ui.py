@@ -183,7 +183,8 @@ class BENTLIGHT_PT_spacetime(_Panel, bpy.types.Panel):
             column.alert = True
             column.label(text=str(error), icon="ERROR")
         else:
-            column.label(text=text, icon="INFO")
+            for line, icon in zip(text.split("; "), ("INFO", "BLANK1"), strict=False):  # panels are narrow
+                column.label(text=line, icon=icon)
 
 
 def describe_influence(obj: bpy.types.Object, view_layer: bpy.types.ViewLayer) -> str:
@@ -200,7 +201,7 @@ def describe_influence(obj: bpy.types.Object, view_layer: bpy.types.ViewLayer) -
             if radius == float("inf"):
                 return "Bends light everywhere, exactly"
             missing = spacetime.missing_bending(item, radius)
-            return f"Bends light within {radius:.4g}; leaves out at most {missing:.2g} rad of bending"
+            return f"Bends light within {radius:.4g}; leaves out up to {missing:.2g} rad"
     return "Not rendered"
 
 

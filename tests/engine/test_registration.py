@@ -149,7 +149,7 @@ def test_the_panel_tells_how_far_light_is_bent():
     assert ui.describe_influence(first, layer) == "Bends light everywhere, exactly"
     bpy.ops.bentlight.black_hole_add(mass=0.2, location=(8, 0, 0))
     text = ui.describe_influence(first, layer)
-    assert text == "Bends light within 4; leaves out at most 0.1 rad of bending"
+    assert text == "Bends light within 4; leaves out up to 0.1 rad"
     assert "0.2 rad" in ui.describe_influence(bpy.context.object, layer)
     bpy.context.object.hide_render = True
     assert ui.describe_influence(bpy.context.object, layer) == "Not rendered"
