@@ -110,6 +110,7 @@ class GeometryMethods:
         sources: np.ndarray | None = None,
         visibility: int = VISIBLE_ALL,
         progress: _core.Progress | None = None,
+        out: dict[str, np.ndarray] | None = None,
     ) -> dict[str, np.ndarray]:
         """The nearest hit along each curved ray.
 
@@ -117,6 +118,7 @@ class GeometryMethods:
         axes; normalized here. tolerance: largest distance, in world units, of a hit from the true ray.
         angular_tolerance: wanted error of the directions, radians. length_min, length_max: only hits at such a length
         along the drawn ray count. sources: (n, 2) int32, instance and triangle that each ray leaves, -1 for none.
+        out: what an earlier call with as many rays has returned, to be overwritten: new memory costs time.
 
         Returns "fate" (n,) uint8 (UNRESOLVED, ESCAPED, CAPTURED, ESCAPED_FAR, HIT); "instance", "triangle" (n,) int32,
         -1 without a hit; "barycentric" (n, 2) weights of vertices 1 and 2; "position" (n, 3) world, NaN without a hit;
@@ -125,7 +127,7 @@ class GeometryMethods:
         far sky an escaped ray sees. The scene must be committed (RuntimeError); several threads may call this at once.
         """
         n = len(origins)
-        out = {
+        out = out or {
             "fate": np.empty(n, np.uint8),
             "instance": np.empty(n, np.int32),
             "triangle": np.empty(n, np.int32),

@@ -9,12 +9,14 @@
  */
 #ifndef BENT_GEOMETRY_CHORDS_H
 #define BENT_GEOMETRY_CHORDS_H
+#include "geometry/landing.h"
 #include "geometry/march.h"
 
 /* A chord that is not asked for may stray by this fraction of its length: it only adds to the length of the ray. */
 #define STRAY_UNSEEN 0.05
-/* Trials of one chord; each shortens it by at least a tenth. */
-#define TRIALS_MAX 100
+/* Chords are tried at this part of the length that should just do. */
+#define SAFETY 0.97
+#define TRIALS_MAX 200
 
 /* With u the distance of the arc's middle from a chord that ends on the arc: moving that end outward by u END_SHIFT leaves
  * the middle as far inside. Were the begin on the arc, the largest distance, beside the middle, would be u STRAY_SHIFTED. */
@@ -40,8 +42,8 @@ LANES_INLINE chord chord_measure(const march *m, const arc *arc, lanes from, lan
 {
   chord c;
   lanes middle[3], center[3], off[3], straight[3];
-  march_position(m, arc, 0.5 * (from + to), middle);
-  march_position(m, arc, to, c.end);
+  march_position(m, &m->ray, arc, 0.5 * (from + to), middle);
+  march_position(m, &m->ray, arc, to, c.end);
   const double to_center[3] = {m->g->center.x, m->g->center.y, m->g->center.z};
   for (int k = 0; k < 3; k++) {
     c.span[k] = c.end[k] - m->here[k];
@@ -97,7 +99,7 @@ LANES_INLINE chord chord_choose(const march *m, const arc *arc, lanes from, lane
     const lanes_mask strays = c.stray > c.allowed, returns = chord_returns(m, &c);
     const lanes_mask again = walking & (strays | returns) & (*to - from > least);
     if (!lanes_any(again)) break;
-    lanes factor = lanes_clamp(0.9 * lanes_sqrt(c.allowed / c.stray), 0.1, 0.9);
+    lanes factor = lanes_clamp(SAFETY * lanes_sqrt(c.allowed / c.stray), 0.1, SAFETY);
     factor = lanes_select(returns, lanes_min(factor, lanes_all(0.5)), factor);
     *to = lanes_select(again, from + factor * (*to - from), *to);
   }
@@ -150,15 +152,6 @@ static int chord_ask(march *m, int lane, const chord *c, double from, found *f)
   return q.far > q.near && geometry_query(m->g, &q, f);
 }
 
-LANES_INLINE void chord_note_hit(const march *m, int lane, const chord *c, lanes from, lanes to, outcome *out)
-{
-  out->hit |= 1u << lane;
-  out->low[lane] = from[lane], out->high[lane] = to[lane];
-  out->from[lane] = m->length[lane];
-  set_lane_vec3(out->begin, lane, lane_vec3(m->here, lane));
-  set_lane_vec3(out->span, lane, lane_vec3(c->span, lane));
-}
-
 /* Walks the chords of every walking lane up to `limit` or to what comes first: a hit or the edge of the lens. */
 LANES_INLINE void chords_walk(march *m, const arc *arc, lanes limit, lanes_mask walking, outcome *out)
 {
@@ -181,17 +174,19 @@ LANES_INLINE void chords_walk(march *m, const arc *arc, lanes limit, lanes_mask 
         c = chord_measure(m, arc, from, to, edge | chord_is_last(m, to, limit));
       }
     }
-    const lanes growth = lanes_clamp(0.9 * lanes_sqrt(c.allowed / (STRAY_SAGITTAS * c.sagitta + 1e-300)), 0.1, 4);
+    const lanes growth = lanes_clamp(SAFETY * lanes_sqrt(c.allowed / (STRAY_SAGITTAS * c.sagitta + 1e-300)), 0.1, 4);
     m->delta = lanes_select(walking & ~edge, growth * (to - from), m->delta);
     const unsigned asked = lanes_bits(walking & ~c.unseen);
     unsigned hit = 0;
     for (unsigned left = asked; left; left &= left - 1) {
       const int lane = __builtin_ctz(left);
-      if (!chord_ask(m, lane, &c, m->length[lane], &out->found[lane])) continue;
-      chord_note_hit(m, lane, &c, from, to, out);
+      found f;
+      if (!chord_ask(m, lane, &c, m->length[lane], &f)) continue;
+      landing_add(m, lane, arc, &f, from[lane], to[lane], c.span);
       hit |= 1u << lane;
     }
     const lanes_mask found = lanes_mask_from_bits(hit);
+    out->hit |= hit;
     out->edge |= lanes_bits(edge & ~found);
     out->offset = lanes_select(walking, to, out->offset);
     m->length += lanes_select(walking & ~found, c.length, lanes_all(0));

@@ -79,9 +79,9 @@ LANES_INLINE void set_departure(march *m, const arc *arc, lanes limit)
 {
   const lanes h = 1e-4 * lanes_min(limit, m->delta);
   lanes half[3], full[3], origin[3];
-  march_position(m, arc, lanes_all(0), origin);
-  march_position(m, arc, 0.5 * h, half);
-  march_position(m, arc, h, full);
+  march_position(m, &m->ray, arc, lanes_all(0), origin);
+  march_position(m, &m->ray, arc, 0.5 * h, half);
+  march_position(m, &m->ray, arc, h, full);
   for (unsigned left = lanes_bits(m->leaving) & m->busy; left; left &= left - 1) {
     const int lane = __builtin_ctz(left);
     const bent_ray *ray = &m->rays[m->target[lane]];
@@ -154,33 +154,22 @@ LANES_INLINE plan plan_arc(march *m, arc *arc)
   return p;
 }
 
-static vec3 world_vector(const march *m, const lanes a[3], int lane)
-{
-  return v3_normalize(mat4_vector(&m->lens->world_from_spacetime, lane_vec3(a, lane)));
-}
-
-/* Lanes that stop on this arc before infinity or the horizon. `direction`: local, in spacetime axes. */
+/* Lanes that leave the lens on this arc, before infinity or the horizon. `direction`: local, in spacetime axes. */
 static void report_stop(march *m, const outcome *out, int lane, const lanes direction[3])
 {
   traveler *t = &m->travelers[m->target[lane]];
   bent_hit *hit = &m->hits[m->target[lane]];
   t->leaving = 0;
-  if (out->hit >> lane & 1) {
-    hit->fate = BENT_HIT;
-    t->leg = LEG_OVER;
-    v3_to(hit->direction, world_vector(m, direction, lane));
-    return;
-  }
   hit->length = m->length[lane];
   t->position = lane_vec3(m->here, lane);
   t->left = (int)(m->lens - m->g->lenses);
   if (out->away >> lane & 1) {
-    t->direction = world_vector(m, direction, lane);
+    t->direction = march_direction(m, direction, lane);
     t->leg = LEG_AWAY;
     return;
   }
   if (out->edge >> lane & 1) {
-    t->direction = world_vector(m, direction, lane);
+    t->direction = march_direction(m, direction, lane);
     t->leg = LEG_FLAT;
     return;
   }
@@ -246,7 +235,7 @@ static void report(march *m, const outcome *out, endings ends, const lanes direc
 LANES_INLINE void leave(march *m, const arc *arc, const outcome *out)
 {
   lanes at[3];
-  march_position(m, arc, out->offset, at);
+  march_position(m, &m->ray, arc, out->offset, at);
   for (int k = 0; k < 3; k++) m->here[k] = lanes_select(lanes_mask_from_bits(out->away), at[k], m->here[k]);
 }
 
@@ -259,18 +248,17 @@ static void march_arc(march *m)
   const lanes_mask stuck = ~(arc.step >= 0) | (m->steps >= ARC_STEPS_MAX) | (m->ray.depth < 1e-15);
   arc.step = lanes_select(stuck, lanes_all(0), arc.step);
   plan p = plan_arc(m, &arc);
-  const lanes_mask busy = lanes_mask_from_bits(m->busy), leaving = m->leaving;
+  const lanes_mask busy = lanes_mask_from_bits(m->busy);
   outcome out = {.offset = arc.step};
-  if (lanes_any(leaving & busy & p.walking)) set_departure(m, &arc, p.limit);
+  if (lanes_any(m->leaving & busy & p.walking)) set_departure(m, &arc, p.limit);
   const lanes_mask walking = p.walking & busy & ~stuck & (p.limit > 0);
   chords_walk(m, &arc, p.limit, walking, &out);
-  if (out.hit) land_hits(m, &arc, leaving, &out);
-  const unsigned last = out.hit | out.edge;
-  out.throat = lanes_bits(p.throat & busy) & ~last & (m->lens->exit >= 0 ? ~0u : 0);
-  out.away = lanes_bits(p.away & busy & ~stuck) & ~last;
-  out.offset = lanes_select(lanes_mask_from_bits(last | out.throat), out.offset, arc.step);
+  m->busy &= ~out.hit;
+  out.throat = lanes_bits(p.throat) & m->busy & ~out.edge & (m->lens->exit >= 0 ? ~0u : 0);
+  out.away = lanes_bits(p.away & ~stuck) & m->busy & ~out.edge;
+  out.offset = lanes_select(lanes_mask_from_bits(out.edge | out.throat), out.offset, arc.step);
   out.offset = lanes_select(lanes_mask_from_bits(out.away), p.limit, out.offset);
-  endings ends = {.stopped = last | out.throat | out.away};
+  endings ends = {.stopped = out.edge | out.throat | out.away};
   if (out.away) leave(m, &arc, &out);
   lanes direction[3];
   if (ends.stopped) arc_direction(&m->space, &m->ray, &arc, out.offset, direction);
@@ -278,10 +266,8 @@ static void march_arc(march *m)
   m->steps += 1;
   ends.ended = lanes_bits(arc.escapes | arc.falls | stuck) & m->busy & ~ends.stopped;
   ends.resolved = lanes_bits(((arc.escapes & ~m->ray.doomed) | (arc.falls & m->ray.doomed)) & ~stuck);
-  if (ends.stopped | ends.ended) {
-    report(m, &out, ends, direction);
-    refill(m);
-  }
+  if (ends.stopped | ends.ended) report(m, &out, ends, direction);
+  if (ends.stopped | ends.ended | out.hit) refill(m);
 }
 
 void BENT_KERNEL(bent_travel_curved)(const geometry *g, int lens_index, size_t n, const uint32_t *index,
@@ -296,4 +282,5 @@ void BENT_KERNEL(bent_travel_curved)(const geometry *g, int lens_index, size_t n
   m.delta = lanes_all(1);
   refill(&m);
   while (m.busy) march_arc(&m);
+  land(&m);
 }

@@ -21,7 +21,9 @@ static int is_inside_horizon(const lens *l, vec3 position)
   return !bent_spacetime_contains(&l->spacetime, at);
 }
 
-static bent_status check_ray(const geometry *g, size_t index, const bent_ray *ray, bent_error *error)
+/* `l`: the lens that the ray starts in, or NULL; `inside`: its horizon. */
+static bent_status check_ray(const geometry *g, size_t index, const bent_ray *ray, const lens *l, int inside,
+                             bent_error *error)
 {
   const vec3 o = v3_from(ray->origin), d = v3_from(ray->direction);
   if (!v3_is_finite(o) || !v3_is_finite(d) || v3_dot(d, d) == 0)
@@ -36,24 +38,22 @@ static bent_status check_ray(const geometry *g, size_t index, const bent_ray *ra
        (size_t)ray->source_triangle >= g->meshes[g->instances[ray->source_instance].mesh].triangle_count))
     return bent_fail(error, BENT_ERROR_ARGUMENT, "ray %zu: there is no triangle %d of instance %d", index,
                      ray->source_triangle, ray->source_instance);
-  const lens *l = geometry_lens_at(g, o);
-  if (ray->source_instance < 0 && is_inside_horizon(l, o))
+  if (ray->source_instance < 0 && inside)
     return bent_fail(error, BENT_ERROR_ARGUMENT, "ray %zu: starts inside the horizon of spacetime object %d", index,
                      (int)(l - g->lenses));
   return BENT_OK;
 }
 
-static void set_out(const geometry *g, const bent_ray *ray, traveler *t, bent_hit *hit)
+static void set_out(const geometry *g, const bent_ray *ray, const lens *l, int inside, traveler *t, bent_hit *hit)
 {
   *hit = (bent_hit){.fate = BENT_UNRESOLVED, .instance = -1, .triangle = -1, .position = {NAN, NAN, NAN}, .sky = -1};
   t->position = v3_from(ray->origin);
   t->direction = v3_normalize(v3_from(ray->direction));
-  const lens *l = geometry_lens_at(g, t->position);
   t->leg = l ? (int)(l - g->lenses) : LEG_FLAT;
   t->left = -1;
   t->leaving = ray->source_instance >= 0;
   t->legs = 0;
-  if (t->leaving && is_inside_horizon(l, t->position)) {
+  if (t->leaving && inside) {
     hit->fate = BENT_CAPTURED;
     v3_to(hit->direction, v3(NAN, NAN, NAN));
     t->leg = LEG_OVER;
@@ -123,7 +123,9 @@ static void travel_flat(const geometry *g, size_t n, const uint32_t *index, cons
   for (size_t k = 0; k < n; k++)
     views[k] = look(g, &rays[index[k]], &travelers[index[k]], hits[index[k]].length);
   for (size_t k = 0; k < n; k++)
-    if (views[k].seen) found_fetch(g, &views[k].found);
+    if (views[k].seen) found_fetch_indices(g, &views[k].found);
+  for (size_t k = 0; k < n; k++)
+    if (views[k].seen) found_fetch_vertices(g, &views[k].found);
   for (size_t k = 0; k < n; k++) go(g, &views[k], &travelers[index[k]], &hits[index[k]]);
 }
 
@@ -161,9 +163,12 @@ bent_status bent_scene_intersect(const bent_scene *scene, size_t n, const bent_r
     if (progress && atomic_load_explicit(&progress->cancel, memory_order_relaxed))
       return bent_fail(error, BENT_CANCELLED, "intersect: cancelled");
     for (size_t i = 0; i < count; i++) {
-      const bent_status status = check_ray(g, begin + i, &rays[begin + i], error);
+      const bent_ray *ray = &rays[begin + i];
+      const lens *l = geometry_lens_at(g, v3_from(ray->origin));
+      const int inside = is_inside_horizon(l, v3_from(ray->origin));
+      const bent_status status = check_ray(g, begin + i, ray, l, inside, error);
       if (status) return status;
-      set_out(g, &rays[begin + i], &travelers[i], &hits[begin + i]);
+      set_out(g, ray, l, inside, &travelers[i], &hits[begin + i]);
     }
     while (travel(g, count, rays + begin, travelers, hits + begin)) {
     }

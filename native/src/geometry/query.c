@@ -100,7 +100,6 @@ int geometry_query(const geometry *g, const query *q, found *out)
     if (ray.geometry == EMBREE_INVALID) return 0;
     *out = (found){.instance = (int)ray.instance, .triangle = (int)ray.triangle, .at = ray.far - early,
                    .b = {ray.u, ray.v}};
-    __builtin_prefetch(g->meshes[g->instances[ray.instance].mesh].triangles[ray.triangle]);
     if (!is_passed_over(out, q, &s, span)) return 1;
     from = nextafterf(ray.far, INFINITY);
   }

@@ -68,13 +68,17 @@ typedef struct found {
   double b[2]; /* barycentric weights, as Embree sees them */
 } found;
 
-/* The nearest hit of the piece; 0 if there is none. The triangle's data are on their way into the cache when this returns:
- * they are as likely as not in main memory, which takes as long as a short query. So ask for several rays first, then
- * fetch for all, then use them. */
+/* The nearest hit of the piece; 0 if there is none. */
 int geometry_query(const geometry *g, const query *q, found *out);
 
-/* The second half of the way: the triangle's vertices, which its indices lead to. */
-static inline void found_fetch(const geometry *g, const found *f)
+/* A triangle is as likely as not in main memory, from where it takes as long as a short query to come. So ask for several
+ * rays first, then fetch all the triangles' indices, then the vertices that these lead to, and use them after that. */
+static inline void found_fetch_indices(const geometry *g, const found *f)
+{
+  __builtin_prefetch(g->meshes[g->instances[f->instance].mesh].triangles[f->triangle]);
+}
+
+static inline void found_fetch_vertices(const geometry *g, const found *f)
 {
   const mesh *m = &g->meshes[g->instances[f->instance].mesh];
   for (int corner = 0; corner < 3; corner++) __builtin_prefetch(m->vertices[m->triangles[f->triangle][corner]]);

@@ -103,6 +103,16 @@ LANES_INLINE void arc_ray_copy_lane(arc_ray *to, int to_lane, const arc_ray *fro
   for (size_t k = 0; k < sizeof(arc_ray) / sizeof(lanes); k++) target[k * LANES] = source[k * LANES];
 }
 
+LANES_INLINE void arc_copy_lane(const arc_space *space, arc *to, int to_lane, const arc *from, int from_lane)
+{
+  const int count = space->kind == BENT_KERR ? ARC_SERIES_COUNT : space->kind == BENT_ELLIS ? ARC_RATE + 1 : 1;
+  to->order = from->order;
+  for (int i = 0; i < count; i++)
+    for (int k = 0; k <= from->order; k++) to->series[i][k][to_lane] = from->series[i][k][from_lane];
+  to->step[to_lane] = from->step[from_lane];
+  to->escapes[to_lane] = from->escapes[from_lane], to->falls[to_lane] = from->falls[from_lane];
+}
+
 /* Rays first .. of arrays of origins and directions (of index[first ..] if given), directions normalized. */
 LANES_INLINE void arc_load(const double (*origins)[3], const double (*directions)[3], const uint32_t *index,
                            size_t first, size_t n, lanes origin[3], lanes direction[3])
