@@ -10,7 +10,7 @@
 
 /* Secant steps at most; a lane stops when it is no farther from the plane than this part of its tolerance. */
 #define SECANT_STEPS 12
-#define OFF_PLANE_MAX 1e-2
+#define OFF_PLANE_MAX 1e-3
 /* A point that lies outside its triangle by more than this part of the tolerance has another triangle looked for. */
 #define OUTSIDE_MAX 0.5
 #define REFINEMENTS_MAX 3
