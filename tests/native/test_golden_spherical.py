@@ -58,7 +58,7 @@ def test_the_circular_orbit_is_unresolved(route):
         got = trace_rays(Spacetime.schwarzschild(1, chart), [[radius(3.0), 0, 0]], [[0, 1.0, 0]], 1e-6, route=route)
         assert got["fate"][0] == 0
         assert np.isnan(got["direction"]).all()
-        assert got["error"][0] > 0.1
+        assert got["error"][0] > 0.5
 
 
 @pytest.mark.parametrize("route", ROUTES)
@@ -159,4 +159,4 @@ def test_the_throat_ray_is_unresolved(route):
     got = trace_rays(Spacetime.ellis(1.0), [[0.5, 0, 0]], [[0, 1.0, 0]], 1e-6, route=route)
     assert got["fate"][0] == 0
     assert np.isnan(got["direction"]).all()
-    assert got["error"][0] > 0.1
+    assert got["error"][0] > 0.5

@@ -104,12 +104,12 @@ def test_looser_tolerances_are_honest_too(make, spin, tolerance):
 @pytest.mark.parametrize("spin", SPINS)
 def test_little_is_unresolved(spin):
     """Of rays in all directions one in a thousand at most. Of rays down to 1e-9 from the photon orbits one in ten: an
-    error of 1e-16 grows to 0.1 radian so near the horizon."""
+    error of 1e-16 grows to half a radian so near the horizon."""
     for make, share in ((random_rays, 1e-3), (winding_rays, 0.1)):
         origins, directions, _ = rays_and_answers(make, spin)
         got = trace_rays(Spacetime.kerr(1, spin), origins, directions, 1e-8)
         assert np.mean(got["fate"] == 0) <= share
-        assert np.all(got["error"][got["fate"] == 0] > 0.1)
+        assert np.all(got["error"][got["fate"] == 0] > 0.5)
 
 
 @CASES

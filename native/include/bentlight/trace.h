@@ -10,7 +10,7 @@
 
 /* A ray whose estimated error, radians, is larger (and larger than its tolerance) is unresolved: its direction would be
  * noise. */
-#define BENT_TRACE_ERROR_MAX 0.1
+#define BENT_TRACE_ERROR_MAX 0.5
 
 typedef enum bent_fate {
   BENT_UNRESOLVED = 0, /* nearer to the critical ray than double precision can tell */
