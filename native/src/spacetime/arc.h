@@ -303,9 +303,14 @@ LANES_INLINE void arc_asymptote(const arc_space *space, const arc_ray *ray, lane
 LANES_INLINE lanes arc_error(const arc_space *space, const arc_ray *ray, lanes steps)
 {
   lanes drift, drag = {0};
-  if (space->kind == BENT_KERR) drift = kerr_drift(space, ray), drag = lanes_select(ray->doomed, drag, lanes_abs(ray->drag) * ray->drag_doubt);
-  else if (space->kind == BENT_ELLIS) drift = ellis_drift(space, ray);
-  else drift = schwarzschild_drift(space, ray);
+  if (space->kind == BENT_KERR) {
+    drift = kerr_drift(space, ray);
+    drag = lanes_select(ray->doomed, drag, lanes_abs(ray->drag) * ray->drag_doubt);
+  } else if (space->kind == BENT_ELLIS) {
+    drift = ellis_drift(space, ray);
+  } else {
+    drift = schwarzschild_drift(space, ray);
+  }
   return (drift + ray->doubt + EPSILON * (4 + lanes_sqrt(steps))) / ray->depth + drag;
 }
 #endif
