@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
+from concurrent.futures import ThreadPoolExecutor, wait
 
 import bentlight_native
 import bpy
@@ -16,7 +17,7 @@ from .session import FinishedTile, Session, Tile, spiral_tiles
 from .sync.camera import image_size, read_camera
 from .sync.native import build_scene
 from .sync.objects import read_scene
-from .sync.scene_data import CameraData
+from .sync.scene_data import CameraData, SceneData
 
 log = logging.getLogger(__name__)
 
@@ -119,9 +120,10 @@ class _ViewRender:
         self._engine.update_stats("", "Reading the scene")
         self._add_passes()
         # Blender lights its previews by small lamps, which scattering alone finds too rarely.
-        data = read_scene(self._depsgraph, self._read_camera(), self._reporter, studio=self._engine.is_preview)
-        native = build_scene(data)
-        if self._engine.test_break():
+        studio, should_stop = self._engine.is_preview, self._engine.test_break
+        data = read_scene(self._depsgraph, self._read_camera(), self._reporter, studio, should_stop)
+        native = self._build(data) if data else None
+        if native is None or should_stop():
             self._write_nothing()
             return
         self._render_tiles(native)
@@ -148,6 +150,19 @@ class _ViewRender:
             np.array(self._engine.camera_model_matrix(camera)),
             self._engine.camera_shift_x(camera),
         )
+
+    def _build(self, data: SceneData) -> bentlight_native.Scene | None:
+        """The native scene, built on a thread of its own: who gives up need not wait for it. None if they did."""
+        progress = bentlight_native.Progress()
+        with ThreadPoolExecutor(1) as pool:
+            building = pool.submit(build_scene, data, progress)
+            while not wait([building], _POLL).done:
+                if self._engine.test_break():
+                    progress.cancel()
+        try:
+            return building.result()
+        except bentlight_native.Cancelled:
+            return None
 
     def _tiles(self, threads: int, samples: int) -> list[Tile]:
         largest = min(self._border[2] * self._border[3] / (threads * _TILES_PER_THREAD), _TILE_PATHS / samples)

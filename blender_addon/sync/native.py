@@ -12,8 +12,11 @@ from . import spacetime
 from .scene_data import CameraData, InstanceData, SceneData, SpacetimeData, SunData
 
 
-def build_scene(data: SceneData) -> bentlight_native.Scene:
-    """A committed native scene. Raises RenderError for materials and spacetime objects that cannot be."""
+def build_scene(data: SceneData, progress: bentlight_native.Progress | None = None) -> bentlight_native.Scene:
+    """A committed native scene. Raises RenderError for materials and spacetime objects that cannot be.
+
+    Cancelled if another thread cancels `progress` in the meantime.
+    """
     scene = bentlight_native.Scene()
     for image in data.images:
         scene.add_image(*image)
@@ -34,7 +37,7 @@ def build_scene(data: SceneData) -> bentlight_native.Scene:
     _set_suns(scene, data.suns)
     _set_spacetimes(scene, data.spacetimes, data.camera)
     set_camera(scene, data.camera)
-    scene.commit()
+    scene.commit(progress)
     return scene
 
 

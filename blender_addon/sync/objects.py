@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import bpy
 import numpy as np
 
@@ -16,15 +18,22 @@ _STUDIO_FLOOR = "FloorHidden"  # the material by whose name Blender's own engine
 
 
 def read_scene(
-    depsgraph: bpy.types.Depsgraph, camera: CameraData, reporter: Reporter, studio: bool = False
-) -> SceneData:
+    depsgraph: bpy.types.Depsgraph,
+    camera: CameraData,
+    reporter: Reporter,
+    studio: bool = False,
+    should_stop: Callable[[], bool] = lambda: False,
+) -> SceneData | None:
     """Everything that the view layer of `depsgraph` shows. Raises RenderError for what cannot be rendered.
 
     In a studio, where Blender's previews are taken, area lights are replaced by wide, distant ones, and the floor that
-    hides from the camera is left out: less noise in small pictures of a few samples.
+    hides from the camera is left out: less noise in small pictures of a few samples. None once `should_stop`, which is
+    asked before each object, says so.
     """
     reader = _SceneReader(depsgraph, camera, reporter, studio)
     for instance in depsgraph.object_instances:
+        if should_stop():
+            return None
         reader.add(instance)
     return reader.finish()
 

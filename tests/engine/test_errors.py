@@ -209,6 +209,19 @@ def test_a_missing_image_file(tmp_path):
     assert "'nowhere'" in message and "nowhere.png" in message
 
 
+def test_a_missing_environment_image(tmp_path):
+    stage.add_camera((0, 0, 5))
+    tree = stage.set_world((1, 1, 1)).node_tree
+    node = tree.nodes.new("ShaderNodeTexEnvironment")
+    node.image = bpy.data.images.new("sky", 4, 4)
+    node.image.source = "FILE"
+    node.image.filepath = str(tmp_path / "sky.hdr")
+    background = next(n for n in tree.nodes if n.type == "BACKGROUND")
+    tree.links.new(node.outputs["Color"], background.inputs["Color"])
+    message = failure(tmp_path)
+    assert "'sky'" in message and "sky.hdr" in message
+
+
 def test_a_bug_is_reported_not_swallowed(tmp_path, monkeypatch):
     stage.add_camera()
 

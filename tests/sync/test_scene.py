@@ -45,6 +45,28 @@ def test_instances_share_a_mesh():
     assert all(item.world_from_mesh.flags.c_contiguous for item in data.instances)
 
 
+def test_scene_units_change_nothing():
+    """A length is a number of Blender's units, whatever they are called."""
+    stage.add_square(2.0, (1, 2, 3))
+    stage.add_light("AREA", (0, 0, 5), size=1.0)
+    bpy.ops.bentlight.black_hole_add(mass=0.5, location=(4, 5, 6))
+
+    def numbers() -> list:
+        data, _ = read()
+        return [
+            *(item.world_from_mesh.tolist() for item in data.instances),
+            *(item.vertices.tolist() for item in data.meshes),
+            *((item.mass, item.world_from_spacetime.tolist()) for item in data.spacetimes),
+            data.camera.world_from_camera.tolist(),
+            (data.camera.window, data.camera.clip_start, data.camera.clip_end),
+        ]
+
+    plain = numbers()
+    units = bpy.context.scene.unit_settings
+    units.system, units.scale_length, units.length_unit = "IMPERIAL", 0.001, "INCHES"
+    assert numbers() == plain
+
+
 def test_geometry_nodes_instances():
     square = stage.add_square(1.0)
     tree = bpy.data.node_groups.new("scatter", "GeometryNodeTree")
