@@ -26,6 +26,7 @@ class KerrMapError(NamedTuple):
     """Angular errors of lookups against tracing, radians: of rays within three radii of the shadow's middle."""
 
     median: float
+    rms: float
     p95: float
     maximum: float
 
@@ -168,7 +169,8 @@ class KerrMap:
         polar = np.arccos(random.uniform(-1, 1, count))
         psi = np.arccos(random.uniform(np.cos(widest), 1, count))
         error = self._difference(polar, psi, random.uniform(0, 2 * np.pi, count))
-        return KerrMapError(float(np.median(error)), float(np.percentile(error, 95)), float(error.max()))
+        rms = np.sqrt(np.mean(error**2))
+        return KerrMapError(*map(float, (np.median(error), rms, np.percentile(error, 95), error.max())))
 
     def _header(self, kind: str) -> dict[str, str]:
         return table_header(self.spacetime, kind, radius=self.radius, smallest=_SMALLEST) | {

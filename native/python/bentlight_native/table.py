@@ -21,7 +21,8 @@ _SPHERE_WIDTH = 2048
 
 
 class MeasuredError(NamedTuple):
-    """What lookups differ by from direct evaluation, radians, measured between the nodes of every segment."""
+    """What lookups differ by from what they stand for, radians, measured between the nodes: of a table from direct
+    evaluation, of its images from the table."""
 
     total_max: float
     total_rms: float
@@ -136,7 +137,10 @@ class SampledTable:
 
     "total" has one line of channels ``outside`` (delta > 0) and, for Ellis, ``inside``; "outward" is J over position
     (lines) and cosine (pixels). With `sphere_radius` "outward" has one line: a lens sphere of that chart radius.
+    Errors against the table are in ``measured`` and in the files' headers.
     """
+
+    measured: MeasuredError
 
     def __init__(
         self, spacetime: _core.Spacetime, total: dict[str, NDArray], outward: NDArray, radius: float = 0.0
@@ -155,7 +159,32 @@ class SampledTable:
                 total[side] = map_values("total_stored", size, angle).astype(np.float32)
         cosine = np.linspace(0, 1, _SPHERE_WIDTH if sphere_radius else _OUTWARD_SIZE)
         radii = np.array([sphere_radius]) if sphere_radius else _radii(table)
-        return cls(table.spacetime, total, _outward(table, radii, cosine).astype(np.float32), sphere_radius)
+        self = cls(table.spacetime, total, _outward(table, radii, cosine).astype(np.float32), sphere_radius)
+        self.measured = MeasuredError(*self._total_error(table), *self._outward_error(table))
+        return self
+
+    def _total_error(self, table: DeflectionTable) -> tuple[float, float]:
+        """Largest and RMS error of the total angle in the middle between pixels."""
+        errors = []
+        for side, (low, high) in _OCTAVES.items():
+            if side in self._total:
+                size = map_values("delta_from_coordinate", _middles(_TOTAL_WIDTH), low, high)
+                delta = size if side == "outside" else -size
+                errors.append(self.total(delta) - table.total(delta))
+        return _max_and_rms(np.concatenate(errors))
+
+    def _outward_error(self, table: DeflectionTable) -> tuple[float, float]:
+        """Largest and RMS error of the angle swept going out in the middle of every cell."""
+        is_ellis = table.spacetime.kind == "ellis"
+        cosine = _middles(self._outward.shape[1])
+        sine = np.sqrt((1 - cosine) * (1 + cosine))
+        position, radii = np.zeros(1), np.array([self.sphere_radius])
+        if not self.sphere_radius:
+            low, high = _position_range(is_ellis)
+            position = low + (high - low) * _middles(_OUTWARD_SIZE)
+            radii = _chart_radius(table.spacetime, position)
+        error = self.outward(position[:, None], cosine, sine) - _outward(table, radii, cosine) * sine
+        return _max_and_rms(error)
 
     def total(self, delta: ArrayLike) -> NDArray[np.float64]:
         """As ``DeflectionTable.total``, for 2^-24 <= |delta| <= 2^24 (inside: |delta| < 1)."""
@@ -186,9 +215,10 @@ class SampledTable:
     def write(self, total_path: str | os.PathLike, outward_path: str | os.PathLike) -> None:
         """Write the two images as OpenEXR, each to a temporary name and then renamed."""
         channels = {side: row[None] for side, row in self._total.items()}
-        write_exr(total_path, channels, table_header(self.spacetime, "total"))
+        header = table_header(self.spacetime, "total")
+        write_exr(total_path, channels, header | _error_header(self.measured[:2]))
         header = table_header(self.spacetime, "outward", radius=self.sphere_radius)
-        write_exr(outward_path, {"outward": self._outward}, header)
+        write_exr(outward_path, {"outward": self._outward}, header | _error_header(self.measured[2:]))
 
     @classmethod
     def read(
@@ -199,9 +229,33 @@ class SampledTable:
         sphere_radius: float = 0.0,
     ) -> "SampledTable":
         """Read both images; ``ExrError`` if one is damaged or of another spacetime, radius or map version."""
-        channels, _ = _checked(total_path, table_header(spacetime, "total"))
-        outward, _ = _checked(outward_path, table_header(spacetime, "outward", radius=sphere_radius))
-        return cls(spacetime, {side: rows[0] for side, rows in channels.items()}, outward["outward"], sphere_radius)
+        channels, total_header = _checked(total_path, table_header(spacetime, "total"))
+        outward, header = _checked(outward_path, table_header(spacetime, "outward", radius=sphere_radius))
+        self = cls(spacetime, {side: rows[0] for side, rows in channels.items()}, outward["outward"], sphere_radius)
+        self.measured = MeasuredError(*_read_error(total_path, total_header), *_read_error(outward_path, header))
+        return self
+
+
+def _middles(size: int) -> NDArray[np.float64]:
+    """Coordinates halfway between the texels of a line."""
+    return (np.arange(size - 1) + 0.5) / (size - 1)
+
+
+def _max_and_rms(error: NDArray) -> tuple[float, float]:
+    return float(np.abs(error).max()), float(np.sqrt(np.mean(error**2)))
+
+
+def _error_header(max_and_rms: tuple[float, float]) -> dict[str, str]:
+    return {"bentlightMeasured": " ".join(map(repr, max_and_rms))}
+
+
+def _read_error(path: str | os.PathLike, header: dict[str, str]) -> tuple[float, float]:
+    """Largest and RMS error out of a header."""
+    try:
+        largest, rms = map(float, header["bentlightMeasured"].split())
+    except (KeyError, ValueError):
+        raise ExrError(f"{path}: its header lacks bentlightMeasured: it is not a Bentlight table") from None
+    return largest, rms
 
 
 def _position_range(is_ellis: bool) -> tuple[float, float]:
@@ -211,12 +265,16 @@ def _position_range(is_ellis: bool) -> tuple[float, float]:
 def _radii(table: DeflectionTable) -> NDArray[np.float64]:
     """Chart radii of the lines of the outward image; the ends that stand for infinity are a hair inside."""
     low, high = _position_range(table.spacetime.kind == "ellis")
-    x = np.clip(np.linspace(low, high, _OUTWARD_SIZE), 1e-12, 1 - 1e-12)
-    if table.spacetime.kind == "ellis":
-        return table.spacetime.core_radius / map_values("ratio_ellis", x)
-    if table.spacetime.chart == "areal":
-        return 0.5 * table.spacetime.core_radius / x
-    return table.spacetime.core_radius / map_values("ratio_schwarzschild", x)
+    return _chart_radius(table.spacetime, np.clip(np.linspace(low, high, _OUTWARD_SIZE), 1e-12, 1 - 1e-12))
+
+
+def _chart_radius(spacetime: _core.Spacetime, position: NDArray) -> NDArray[np.float64]:
+    """Of positions M/r or l/r."""
+    if spacetime.kind == "ellis":
+        return spacetime.core_radius / map_values("ratio_ellis", position)
+    if spacetime.chart == "areal":
+        return 0.5 * spacetime.core_radius / position
+    return spacetime.core_radius / map_values("ratio_schwarzschild", position)
 
 
 def _outward(table: DeflectionTable, radii: NDArray, cosine: NDArray) -> NDArray[np.float64]:
