@@ -194,6 +194,7 @@ def bad_edits():
     return {
         "vertices: contains NaN": lambda s: s.add_mesh(nan, t),
         "float32 C-contiguous array of shape": lambda s: s.add_mesh(v.astype(float), t),
+        "got uint32 .*, not C-contiguous": lambda s: s.add_mesh(v, np.asfortranarray(t)),
         "names vertex 8 of 8": lambda s: s.add_mesh(v, t + np.uint32(1)),
         "there is no mesh 7": lambda s: s.add_instance(7, EYE),
         "singular": lambda s: s.add_instance(0, singular),

@@ -82,8 +82,9 @@ int buffer_get(buffer *out, PyObject *object, const char *name, char format, int
     char expected[96], got[96];
     print_shape(expected, sizeof expected, dimensions, shape);
     print_shape(got, sizeof got, out->view.ndim, out->view.shape);
-    PyErr_Format(PyExc_ValueError, "%s: expected %s C-contiguous array of shape %s, got %s %s", name,
-                 type_name(format), expected, type_name(format_code(&out->view)), got);
+    PyErr_Format(PyExc_ValueError, "%s: expected %s C-contiguous array of shape %s, got %s %s%s", name,
+                 type_name(format), expected, type_name(format_code(&out->view)), got,
+                 PyBuffer_IsContiguous(&out->view, 'C') ? "" : ", not C-contiguous");
     buffer_release(out);
     return -1;
   }
