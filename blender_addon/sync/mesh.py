@@ -11,6 +11,8 @@ import numpy as np
 
 from .scene_data import MeshData
 
+_FARTHEST = 1e18  # Embree is blind to what lies farther out
+
 
 def read_mesh(obj: bpy.types.Object) -> tuple[MeshData, list[bpy.types.Material | None]] | None:
     """The triangles of an evaluated mesh object and its data's materials by slot; None if it has no faces."""
@@ -19,12 +21,12 @@ def read_mesh(obj: bpy.types.Object) -> tuple[MeshData, list[bpy.types.Material 
 
 
 def drop_broken_triangles(data: MeshData) -> int:
-    """Takes out the triangles with a vertex that is not finite; returns how many there were."""
-    finite = np.isfinite(data.vertices).all(axis=1)
-    if finite.all():
+    """Takes out the triangles with a vertex that is not finite or too far out; returns how many there were."""
+    usable = (np.abs(data.vertices) < _FARTHEST).all(axis=1)
+    if usable.all():
         return 0
-    keep = finite[data.triangles].all(axis=1)
-    data.vertices[~finite] = 0
+    keep = usable[data.triangles].all(axis=1)
+    data.vertices[~usable] = 0
     data.triangles = data.triangles[keep]
     for name in ("corner_normals", "corner_uvs", "material_slots"):
         values = getattr(data, name)

@@ -147,7 +147,9 @@ class _SceneReader:
         data, materials = read
         broken = mesh.drop_broken_triangles(data)
         if broken:
-            self._reporter.warn(f"Object '{obj.name}': {broken} triangles have vertices that are not finite; left out")
+            self._reporter.warn(
+                f"Object '{obj.name}': {broken} triangles have vertices that are not finite or beyond 1e18; left out"
+            )
         if np.ptp(data.vertices, axis=0).max() == 0 or not len(data.triangles):
             self._reporter.warn(f"Object '{obj.name}' has zero size; it is not rendered")
             return None

@@ -247,11 +247,13 @@ def test_what_has_no_size_is_left_out_with_a_warning(capfd, tmp_path):
     stage.add_mesh("nothing", [], [])
     broken = stage.add_square(1.0, (0, 0, 1), name="broken")
     broken.data.vertices[0].co = (np.nan, 0, 0)
+    stage.add_mesh("endless", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 1e30, 0)], [(0, 1, 2), (0, 1, 3)])
     stage.add_light("AREA", size=1.0).scale = (0, 0, 0)
     said = warnings(capfd, tmp_path)
     assert len([line for line in said if "'point' has zero size" in line]) == 1
     assert len([line for line in said if "'flattened' has a scale of 0" in line]) == 1
-    assert len([line for line in said if "'broken': 2 triangles have vertices that are not finite" in line]) == 1
+    for text in ("'broken': 2 triangles have vertices", "'endless': 1 triangles have vertices"):
+        assert len([line for line in said if f"{text} that are not finite or beyond 1e18" in line]) == 1
     assert len([line for line in said if "'Area' has zero size" in line]) == 1
     assert not [line for line in said if "nothing" in line]
 

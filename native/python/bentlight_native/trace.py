@@ -34,7 +34,7 @@ def trace_rays(
         dict of arrays of n entries. ``"fate"`` uint8: index into ``FATES``. ``"direction"`` (n, 3) float64: asymptotic
         unit direction (fate 3: the angular position on the far side), NaN unless fate is 1 or 3. ``"error"`` float64:
         estimated angular error, radians, at least half of the true one on every test ray, up to the largest spin below
-        the mass; NaN where the endpoint route declined. Rays whose error exceeds 0.1 (and the tolerance) are
+        the mass; NaN where the endpoint route declined. Rays whose error exceeds 0.5 (and the tolerance) are
         unresolved. ``"steps"`` uint32: Taylor arcs, 0 on the endpoint route. ``"swept"`` float64: angle swept about the
         center, radians, without frame dragging, for Kerr to 1e-4 of 1 + itself; NaN where a captured ray has no path.
 
