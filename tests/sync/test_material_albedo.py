@@ -1,5 +1,6 @@
 """Scattering against Cycles: each BSDF, tilted to several angles under a sky that is different in every direction."""
 
+import bpy
 import numpy as np
 import pytest
 from cycles_scattering import Comparison
@@ -74,18 +75,57 @@ CASES = {
 }
 
 
+# Metal under a leaning normal is up to 1.2 % brighter in Cycles 4.5 than in 5.0, which is the one that is followed.
+LEANING_METAL = TABLE_ERROR["MULTI_GGX"] if bpy.app.version >= (5, 0, 0) else 0.015
+LEANING = {
+    "diffuse": (lambda t: diffuse(t, 0), 0),
+    "oren_nayar": (lambda t: diffuse(t, 0.7), 1e-4),
+    "glossy": (lambda t: glossy(t, 0.3, "GGX"), 0),
+    "plastic": (lambda t: principled(t, "GGX"), TABLE_ERROR["MULTI_GGX"]),
+    "metal": (lambda t: principled(t, "GGX", Metallic=1.0), LEANING_METAL),
+}
+
+
+def leaning(build):
+    """The shader with a normal of its own, the same on all quads: 17 to 49 degrees from theirs."""
+
+    def build_leaning(tree):
+        shader = build(tree)
+        normal = new(tree, "NormalMap", {"Color": (0.725, 0.6, 0.935, 1)}, space="WORLD")
+        tree.links.new(normal.outputs[0], shader.inputs["Normal"])
+        return shader
+
+    return build_leaning
+
+
 @pytest.fixture(scope="module")
 def comparison(tmp_path_factory):
     shaders = {name: build for name, (build, _) in CASES.items()}
     return Comparison(shaders, COSINES, tmp_path_factory.mktemp("cycles") / "albedo.exr")
 
 
-@pytest.mark.parametrize("name", CASES)
-def test_scattered_light_is_that_of_cycles(comparison, name):
+@pytest.fixture(scope="module")
+def leaning_comparison(tmp_path_factory):
+    shaders = {name: leaning(build) for name, (build, _) in LEANING.items()}
+    return Comparison(shaders, COSINES, tmp_path_factory.mktemp("cycles") / "leaning.exr")
+
+
+def worst_z(comparison, name, sides, table_error):
+    """Largest difference of any color, side and angle beyond the table's, in standard errors."""
     worst = 0.0
-    for side in (0, 1):
+    for side in sides:
         for cosine in COSINES:
             found = comparison.scattered(name, side, cosine)
-            excess = np.abs(found.ours - found.cycles) - CASES[name][1] * found.cycles
+            excess = np.abs(found.ours - found.cycles) - table_error * found.cycles
             worst = max(worst, (excess / np.sqrt(found.ours_variance + found.cycles_variance + 1e-12)).max())
-    assert worst < 4.5
+    return worst
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_scattered_light_is_that_of_cycles(comparison, name):
+    assert worst_z(comparison, name, (0, 1), CASES[name][1]) < 4.5
+
+
+@pytest.mark.parametrize("name", LEANING)
+def test_normal_maps_scatter_as_in_cycles(leaning_comparison, name):
+    assert worst_z(leaning_comparison, name, (0,), LEANING[name][1]) < 4.5

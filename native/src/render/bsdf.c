@@ -26,12 +26,14 @@ typedef struct lobe_value {
   double pdf;
 } lobe_value;
 
-/* Softens the terminator where a normal map turns the normal away from the smooth one: Conty et al., "A Microfacet-Based
- * Shadowing Function to Solve the Bump Terminator Problem" (Ray Tracing Gems, 2019), with its cubic fade. */
+/* Softens the terminator of diffuse lobes where a normal map turns the normal away from the smooth one, as Cycles does:
+ * Conty et al., "A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem" (Ray Tracing Gems, 2019). */
 static double bump_shadow(vec3 smooth, vec3 normal, vec3 wi)
 {
-  const double cosine = v3_dot(normal, wi) * v3_dot(smooth, normal), g = cosine != 0 ? v3_dot(smooth, wi) / cosine : 0;
-  return g >= 1 ? 1 : g <= 0 ? 0 : g * (1 + g * (1 - g));
+  const double tilt2 = squared(v3_dot(smooth, normal)), in = v3_dot(smooth, wi), in2 = min2(squared(in), 1);
+  if (in <= 0) return 0;
+  const double alpha2 = tilt2 > 0 ? min2(max2(0.125 * (1 - tilt2) / tilt2, 0), 1) : 1;
+  return 2 / (1 + sqrt(1 + alpha2 * (1 - in2) / in2));
 }
 
 static lobe_value evaluate_diffuse(const closure *c, vec3 wo, vec3 wi)
@@ -84,7 +86,7 @@ static lobe_value evaluate_lobe(const closure *c, const shade_point *point, vec3
     const frame f = frame_around(c->normal);
     out = evaluate_microfacet(c, into_frame(&f, point->wo), into_frame(&f, wi));
   }
-  if (!through && v3_dot(c->normal, point->normal) < 1 - 1e-9)
+  if (!through && c->kind == CLOSURE_DIFFUSE && v3_dot(c->normal, point->normal) < 1 - 1e-9)
     out.value = v3_scale(out.value, bump_shadow(point->normal, c->normal, wi));
   out.value = v3_mul(out.value, c->weight);
   return out;
