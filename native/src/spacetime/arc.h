@@ -216,13 +216,15 @@ LANES_INLINE void arc_expand(const arc_space *space, const arc_ray *ray, lanes t
 }
 
 /* The offset in [0, step] at which `series` reaches `level`, for lanes in `wanted`, which do cross it before the end, where
- * its value is `end`; `step` for the others. Safeguarded Newton steps, a fixed number. */
+ * its value is `end`; `step` for the others. Safeguarded Newton steps, six or until the next would change no digit; lanes
+ * stop on their own, so that their neighbors do not matter. */
 LANES_INLINE lanes arc_crossing(const arc *arc, const lanes *series, lanes level, lanes end, lanes_mask wanted)
 {
   lanes low = {0}, high = arc->step;
   const lanes start = series[0] - level;
   lanes x = lanes_select(wanted, high * start / (series[0] - end), high);
-  for (int i = 0; i < 6; i++) {
+  lanes_mask moving = wanted;
+  for (int i = 0; i < 6 && lanes_any(moving); i++) {
     lanes value, slope;
     series_with_slope(series, arc->order, x, &value, &slope);
     value -= level;
@@ -230,7 +232,9 @@ LANES_INLINE lanes arc_crossing(const arc *arc, const lanes *series, lanes level
     low = lanes_select(before, x, low), high = lanes_select(before, high, x);
     const lanes next = x - value / slope;
     const lanes_mask inside = (next >= low) & (next <= high);
-    x = lanes_select(wanted, lanes_select(inside, next, 0.5 * (low + high)), x);
+    const lanes_mask last = inside & (lanes_abs(next - x) <= 1e-9 * high);
+    x = lanes_select(moving, lanes_select(inside, next, 0.5 * (low + high)), x);
+    moving &= ~last;
   }
   return x;
 }
