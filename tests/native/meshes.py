@@ -35,6 +35,18 @@ def sphere(radius=1.0, center=(0.0, 0.0, 0.0), segments=32, rings=16):
     return vertices.astype(np.float32), np.concatenate([top, quads, bottom]).astype(np.uint32)
 
 
+def torus(radius=1.0, tube=0.4, segments=48, sides=24):
+    """Closed torus about the z axis, outward normals."""
+    i, j = (a.ravel() for a in np.meshgrid(np.arange(segments), np.arange(sides), indexing="ij"))
+    u, w = 2 * np.pi * i / segments, 2 * np.pi * j / sides
+    from_axis = radius + tube * np.cos(w)
+    vertices = np.stack([from_axis * np.cos(u), from_axis * np.sin(u), tube * np.sin(w)], -1)
+    a, b = i * sides + j, (i + 1) % segments * sides + j
+    c, d = (i + 1) % segments * sides + (j + 1) % sides, i * sides + (j + 1) % sides
+    triangles = np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)])
+    return vertices.astype(np.float32), triangles.astype(np.uint32)
+
+
 def box(lower, upper):
     """Closed box with outward normals."""
     lower, upper = np.asarray(lower, float), np.asarray(upper, float)
@@ -65,6 +77,26 @@ def directions(rng, count):
     """Unit vectors, uniform on the sphere."""
     d = rng.normal(size=(count, 3))
     return d / np.linalg.norm(d, axis=1, keepdims=True)
+
+
+def departures(rng, matrix, vertices, triangles, count, slope_min):
+    """Starts on a transformed mesh, many near edges and corners, and unit directions out of it: all, half of them grazing.
+
+    Returns (sources, origins, outward, inward): `inward` is `outward` mirrored in the surface. The sines of the grazing
+    angles spread evenly on a logarithmic scale from slope_min to 1.
+    """
+    triangle = rng.integers(0, len(triangles), count)
+    corners = transform(matrix, vertices)[triangles[triangle]]
+    origins = np.einsum("ij,ijk->ik", rng.dirichlet((0.5, 0.5, 0.5), count), corners)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal *= np.sign(np.linalg.det(matrix[:3, :3])) / np.linalg.norm(normal, axis=1, keepdims=True)
+    outward = directions(rng, count)
+    sine = np.abs(np.sum(outward * normal, 1, keepdims=True))
+    sine[::2] = slope_min ** rng.uniform(0, 1, (len(sine[::2]), 1))
+    along = outward - np.sum(outward * normal, 1, keepdims=True) * normal
+    along *= np.sqrt(1 - sine**2) / np.linalg.norm(along, axis=1, keepdims=True)
+    sources = np.stack([0 * triangle, triangle], 1).astype(np.int32)
+    return sources, origins, along + sine * normal, along - sine * normal
 
 
 def transform(matrix, points):

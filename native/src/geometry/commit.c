@@ -109,14 +109,41 @@ static bent_status mesh_commit(mesh *m, bent_progress *progress, bent_error *err
   return status;
 }
 
+/* Embree takes world points x, less the origin, into mesh space as A x + b and intersects there, all in float32 (A =
+ * mesh_from_world). An error e there is |A^-1| e here. Each of the few roundings is at most 2^-24 of the largest term; 8
+ * of them bound it. */
+static void bound_float_error(instance *i, vec3 origin)
+{
+  const double unit = 8 * 0x1p-24;
+  double forward = 0, backward = 0; /* max-norms of A and of A^-1 */
+  for (int r = 0; r < 3; r++) {
+    double a = 0, w = 0;
+    for (int c = 0; c < 3; c++) {
+      a += fabs(i->mesh_from_world.m[r][c]);
+      w += fabs(i->world_from_mesh.m[r][c]);
+    }
+    forward = fmax(forward, a), backward = fmax(backward, w);
+  }
+  const vec3 b = mat4_point(&i->mesh_from_world, origin);
+  i->float_error_scale = unit * fmax(1, forward * backward);
+  i->float_error_offset = unit * backward * fmax(fabs(b.x), fmax(fabs(b.y), fabs(b.z)));
+}
+
+static int is_seen(const geometry *g, const instance *i)
+{
+  return g->meshes[i->mesh].triangle_count && i->visibility;
+}
+
 static void instance_attach(geometry *g, size_t index)
 {
   const embree_table *e = embree();
-  const instance *i = &g->instances[index];
+  instance *i = &g->instances[index];
+  const double origin[3] = {g->origin.x, g->origin.y, g->origin.z};
   embree_geometry geometry = e->new_geometry(e->device, EMBREE_INSTANCE);
   float matrix[3][4];
   for (int r = 0; r < 3; r++)
-    for (int c = 0; c < 4; c++) matrix[r][c] = (float)i->world_from_mesh.m[r][c];
+    for (int c = 0; c < 4; c++) matrix[r][c] = (float)(i->world_from_mesh.m[r][c] - (c == 3 ? origin[r] : 0));
+  bound_float_error(i, g->origin);
   e->set_geometry_instanced_scene(geometry, g->meshes[i->mesh].scene);
   e->set_geometry_transform(geometry, 0, EMBREE_FLOAT3X4_ROW_MAJOR, matrix);
   e->set_geometry_mask(geometry, i->visibility);
@@ -125,17 +152,34 @@ static void instance_attach(geometry *g, size_t index)
   e->release_geometry(geometry);
 }
 
-/* The sphere around Embree's bounding box, a little larger than float32 rounding. */
+/* The sphere around the box of all that can be met, a little larger than float32 rounding; and Embree's origin: its
+ * center where the world's own is outside of it. */
 static void bound(geometry *g)
 {
-  embree_bounds box;
-  embree()->get_scene_bounds(g->top, &box);
+  double lower[3] = {INFINITY, INFINITY, INFINITY}, upper[3] = {-INFINITY, -INFINITY, -INFINITY};
+  for (size_t index = 0; index < g->instance_count; index++) {
+    const instance *i = &g->instances[index];
+    embree_bounds box;
+    if (!is_seen(g, i)) continue;
+    embree()->get_scene_bounds(g->meshes[i->mesh].scene, &box);
+    if (!(box.lower[0] <= box.upper[0])) continue; /* no triangle in it is sound */
+    for (int r = 0; r < 3; r++) {
+      const double *row = i->world_from_mesh.m[r];
+      double center = row[3], half = 0;
+      for (int c = 0; c < 3; c++) {
+        center += row[c] * 0.5 * ((double)box.lower[c] + box.upper[c]);
+        half += fabs(row[c]) * 0.5 * ((double)box.upper[c] - box.lower[c]);
+      }
+      lower[r] = fmin(lower[r], center - half), upper[r] = fmax(upper[r], center + half);
+    }
+  }
   g->radius = -1;
-  if (!(box.lower[0] <= box.upper[0])) return;
-  const vec3 lower = v3(box.lower[0], box.lower[1], box.lower[2]), upper = v3(box.upper[0], box.upper[1], box.upper[2]);
-  g->center = v3_scale(v3_add(lower, upper), 0.5);
-  const double coordinate = fmax(v3_length(lower), v3_length(upper));
-  g->radius = 0.5 * v3_length(v3_sub(upper, lower)) + 0x1p-20 * coordinate;
+  g->center = g->origin = v3(0, 0, 0);
+  if (!(lower[0] <= upper[0])) return;
+  const vec3 low = v3_from(lower), high = v3_from(upper);
+  g->center = v3_scale(v3_add(low, high), 0.5);
+  g->radius = 0.5 * v3_length(v3_sub(high, low)) + 0x1p-20 * fmax(v3_length(low), v3_length(high));
+  if (v3_length(g->center) > g->radius) g->origin = g->center;
 }
 
 bent_status geometry_commit(geometry *g, bent_progress *progress, bent_error *error)
@@ -153,11 +197,11 @@ bent_status geometry_commit(geometry *g, bent_progress *progress, bent_error *er
   if (g->top) e->release_scene(g->top);
   g->top = e->new_scene(e->device);
   e->set_scene_flags(g->top, EMBREE_SCENE_ROBUST);
+  bound(g);
   for (size_t i = 0; i < g->instance_count; i++)
-    if (g->meshes[g->instances[i].mesh].triangle_count && g->instances[i].visibility) instance_attach(g, i);
+    if (is_seen(g, &g->instances[i])) instance_attach(g, i);
   commit_scene(g->top, progress);
   if ((status = embree_check("building the scene", error))) return status;
-  bound(g);
   g->changed = 0;
   return BENT_OK;
 }

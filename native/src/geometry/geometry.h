@@ -32,7 +32,7 @@ typedef struct instance {
   float object_index;
   uint32_t one_sided;
   /* Where Embree, in float32, sees a point x of this instance is off by at most float_error_offset +
-   * float_error_scale * max|x_i| world units: rounding of the point, of the matrix and of its inverse. */
+   * float_error_scale * max|x_i - origin_i| world units: rounding of the point, of the matrix and of its inverse. */
   double float_error_offset, float_error_scale;
 } instance;
 
@@ -57,7 +57,8 @@ typedef struct geometry {
   lens *lenses;
   size_t lens_count;
 
-  embree_scene top; /* instances of the meshes' scenes; instance i has geometry id i */
+  embree_scene top; /* instances of the meshes' scenes; instance i has geometry id i; its origin is `origin` */
+  vec3 origin;      /* world: that of all coordinates handed to Embree, so that its float32 is good far away too */
   int changed;      /* something must be rebuilt by the next commit */
   vec3 center;      /* bounding sphere of everything that can be hit, world; radius -1 when there is nothing */
   double radius;

@@ -168,25 +168,6 @@ bent_status affine_check(const char *name, const double matrix[4][4], mat4 *inve
   return BENT_OK;
 }
 
-/* Embree takes world points x into mesh space as A x + b and intersects there, all in float32 (A = mesh_from_world). An
- * error e there is |A^-1| e here. Each of the few roundings is at most 2^-24 of the largest term; 8 of them bound it. */
-static void bound_float_error(instance *i)
-{
-  const double unit = 8 * 0x1p-24;
-  double forward = 0, backward = 0, shift = 0; /* max-norms of A, of A^-1, and of b */
-  for (int r = 0; r < 3; r++) {
-    double a = 0, w = 0;
-    for (int c = 0; c < 3; c++) {
-      a += fabs(i->mesh_from_world.m[r][c]);
-      w += fabs(i->world_from_mesh.m[r][c]);
-    }
-    forward = fmax(forward, a), backward = fmax(backward, w);
-    shift = fmax(shift, fabs(i->mesh_from_world.m[r][3]));
-  }
-  i->float_error_scale = unit * fmax(1, forward * backward);
-  i->float_error_offset = unit * backward * shift;
-}
-
 static bent_status set_transform(instance *i, const double world_from_mesh[4][4], bent_error *error)
 {
   mat4 inverse;
@@ -194,7 +175,6 @@ static bent_status set_transform(instance *i, const double world_from_mesh[4][4]
   if (status) return status;
   memcpy(i->world_from_mesh.m, world_from_mesh, sizeof i->world_from_mesh.m);
   i->mesh_from_world = inverse;
-  bound_float_error(i);
   return BENT_OK;
 }
 

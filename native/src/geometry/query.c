@@ -1,11 +1,11 @@
 /* One Embree query along a straight piece of a ray.
  *
  * A ray that leaves a surface must not meet it again at length 0, nor slip through a neighbor. In float32 Embree sees the
- * start off by up to a bound of its rounding: above the surface or below it, and beyond a neighbor. So the query starts
- * farther than that above the source triangle, on the side to which the ray leaves, and inside its edges by a few times
- * as much, so that this stays on the ray's side of neighbors that bend towards it. What the ray meets then is moved by a
- * few roundings, as Embree's own answer is. Of triangles that lie behind this start Embree may still report those in
- * whose plane it nearly is, wide ones above all: double precision finds them out.
+ * start off by up to a bound of its rounding: above the surface or below it, or beyond a neighbor. So the query starts
+ * farther than that above the source triangle, on the side to which the ray leaves, and inside its edges by ever so much
+ * more: enough to stay on the ray's side of neighbors that bend towards it, down to wedges of ABOVE / INSIDE = 3.6 degrees.
+ * What the ray meets then is off by a few roundings, as Embree's own answers are. Of triangles that lie behind this start
+ * Embree may still report those in whose plane it nearly is, wide ones above all: double precision finds them out.
  */
 #include "geometry/query.h"
 
@@ -13,7 +13,7 @@
 enum { ATTEMPTS = 16 };
 
 /* How far the query's start is moved off the source's plane, and away from its edges, in bounds of rounding. */
-static const double ABOVE = 2, INSIDE = 8;
+static const double ABOVE = 2, INSIDE = 32;
 /* Embree's test of a triangle of size 1 from a point in its plane is off by no more. */
 static const double TRIANGLE_ROUNDING = 8 * 0x1p-24;
 
@@ -45,33 +45,49 @@ static vec3 leave(const geometry *g, const query *q)
   const triangle t = triangle_of(g, ray->source_instance, ray->source_triangle);
   const double area = v3_length(t.normal);
   if (!(area > 0)) return q->start;
-  const double coordinate = fmax(fabs(q->start.x), fmax(fabs(q->start.y), fabs(q->start.z)));
+  const vec3 seen = v3_sub(q->start, g->origin);
+  const double coordinate = fmax(fabs(seen.x), fmax(fabs(seen.y), fabs(seen.z)));
   const double size = fmax(v3_length(t.edge1), v3_length(t.edge2));
   const double rounding = i->float_error_offset + i->float_error_scale * coordinate + TRIANGLE_ROUNDING * size;
   const double side = v3_dot(t.normal, q->departure) < 0 ? -1 : 1;
   return v3_mad(t.normal, side * ABOVE * rounding / area, pull_inside(&t, q->start, rounding));
 }
 
-/* Whether the triangle cannot be met by a ray that leaves and whose query starts at `origin`. */
-static int is_passed_over(const geometry *g, const query *q, vec3 origin, const found *f)
+/* The query's ray in double precision. */
+typedef struct line {
+  vec3 start, span;
+} line;
+
+/* A moved start keeps the end where it is: what goes on from there must not find a gap. */
+static line line_of(const geometry *g, const query *q)
+{
+  line l = {q->start, q->span};
+  if (!q->leaving) return l;
+  l.start = leave(g, q);
+  if (isfinite(q->far)) l.span = v3_mad(v3_sub(q->start, l.start), 1 / q->far, q->span);
+  return l;
+}
+
+/* Whether the triangle cannot be met by the line of a leaving ray. */
+static int is_passed_over(const geometry *g, const query *q, const line *l, const found *f)
 {
   if (!q->leaving) return 0;
   if (f->instance == q->leaving->source_instance && f->triangle == q->leaving->source_triangle) return 1;
   const triangle t = triangle_of(g, f->instance, f->triangle);
-  return v3_dot(t.normal, v3_sub(t.v0, origin)) * v3_dot(t.normal, q->span) < 0;
+  return v3_dot(t.normal, v3_sub(t.v0, l->start)) * v3_dot(t.normal, l->span) < 0;
 }
 
 int geometry_query(const geometry *g, const query *q, found *out)
 {
   const embree_table *e = embree();
-  const vec3 start = q->leaving ? leave(g, q) : q->start;
+  const line l = line_of(g, q);
   const double early = fmax(-q->near, 0);
-  const vec3 origin = v3_mad(q->span, -early, start);
+  const vec3 origin = v3_sub(v3_mad(l.span, -early, l.start), g->origin);
   float from = q->near > 0 ? (float)q->near : 0;
   for (int attempt = 0; attempt < ATTEMPTS; attempt++) {
     embree_ray ray = {.origin = {(float)origin.x, (float)origin.y, (float)origin.z},
                       .near = from,
-                      .direction = {(float)q->span.x, (float)q->span.y, (float)q->span.z},
+                      .direction = {(float)l.span.x, (float)l.span.y, (float)l.span.z},
                       .far = (float)(q->far + early),
                       .mask = q->visibility,
                       .geometry = EMBREE_INVALID,
@@ -80,7 +96,7 @@ int geometry_query(const geometry *g, const query *q, found *out)
     if (ray.geometry == EMBREE_INVALID) return 0;
     *out = (found){.instance = (int)ray.instance, .triangle = (int)ray.triangle, .at = ray.far - early,
                    .b = {ray.u, ray.v}};
-    if (!is_passed_over(g, q, origin, out)) return 1;
+    if (!is_passed_over(g, q, &l, out)) return 1;
     from = nextafterf(ray.far, INFINITY);
   }
   return 0;
