@@ -1,4 +1,5 @@
-/* Rays that can meet nothing any more go to infinity at once, without their path. */
+/* Rays that can meet nothing any more go to infinity at once, without their path. Only there: a ray that crosses the empty
+ * sphere of one of several objects (bent_table_cross) goes on to surfaces, whose depth counts the path's length inside. */
 #ifndef BENT_GEOMETRY_JUMP_H
 #define BENT_GEOMETRY_JUMP_H
 #include "geometry/travel.h"
