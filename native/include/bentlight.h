@@ -9,6 +9,7 @@
 #include "bentlight/error.h"     /* status, message, cancel and progress */
 #include "bentlight/spacetime.h" /* the spacetimes, their charts and local frames */
 #include "bentlight/trace.h"     /* rays to infinity or the horizon */
+#include "bentlight/connect.h"   /* the rays that join two points */
 #include "bentlight/table.h"     /* deflection tables */
 #include "bentlight/embree.h"    /* the ray-triangle library, found at run time */
 #include "bentlight/scene.h"     /* meshes, instances, spacetime objects */

@@ -5,6 +5,7 @@ scene units, angles in radians.
 """
 
 from ._core import Cancelled, Progress, Spacetime, contains, instruction_set, lapse, local_from_covector
+from .connect import CONNECTION_STATES, connect, connect_sky
 from .embree import embree_version, load_embree
 from .exr import ExrError
 from .kerr_map import KerrMap
@@ -16,6 +17,7 @@ from .trace import FATES, ray_path, trace_rays
 
 __all__ = [
     "CHANNELS",
+    "CONNECTION_STATES",
     "FATES",
     "OPERATIONS",
     "Cancelled",
@@ -30,6 +32,8 @@ __all__ = [
     "SampledTable",
     "Scene",
     "Spacetime",
+    "connect",
+    "connect_sky",
     "contains",
     "embree_version",
     "instruction_set",

@@ -118,6 +118,25 @@ def trace_rays(
     progress: Progress | None,
     /,
 ) -> None: ...
+def connect(
+    spacetime: Spacetime,
+    points: NDArray[np.float64],
+    ends: NDArray[np.float64],
+    sky: bool,
+    far_side: bool,
+    max_images: int,
+    min_share: float,
+    tolerance: float,
+    status: NDArray[np.uint8],
+    launch: NDArray[np.float64],
+    arrival: NDArray[np.float64],
+    spread: NDArray[np.float64],
+    frequency_ratio: NDArray[np.float64],
+    swept: NDArray[np.float64],
+    error: NDArray[np.float64],
+    progress: Progress | None,
+    /,
+) -> tuple[int, int, int, int, int]: ...
 def load_embree(paths: list[str]) -> None: ...
 def embree_copy() -> tuple[str | None, str | None]: ...
 def render_channels() -> list[tuple[str, int, str, str]]: ...

@@ -1,0 +1,19 @@
+/* The kernel behind bentlight/connect.h. */
+#ifndef BENT_SPACETIME_CONNECT_H
+#define BENT_SPACETIME_CONNECT_H
+#include "base/isa.h"
+#include "bentlight/connect.h"
+
+/* What is asked of each pair. */
+typedef struct connect_request {
+  size_t max_images;
+  double min_share, tolerance;
+  int sky, far_side;
+} connect_request;
+
+/* Pairs 0 .. n-1 of checked points (`b`: nonzero vectors if request->sky); results at 0 .. n * max_images - 1 of `out`.
+ * Schwarzschild, Kerr without spin, and Ellis; curved only. Adds to `count`. */
+BENT_DECLARE_KERNEL(void, bent_connect_pairs,
+                    (const bent_spacetime *spacetime, size_t n, const double (*a)[3], const double (*b)[3],
+                     const connect_request *request, const bent_connections *out, bent_connection_count *count))
+#endif

@@ -1,0 +1,156 @@
+/* Connections of LANES pairs at a time, image by image: geometry of the pair, root search, results. */
+#include "spacetime/connect.h"
+
+#include "spacetime/connect_search.h"
+
+/* Ends whose directions from the center differ by less, or are that nearly opposite, are in line. */
+#define IN_LINE (4 * EPSILON)
+
+/* The plane of a pair and the angle between its ends. */
+typedef struct pair_plane {
+  orbit_end a, b;
+  lanes angle, sine;             /* between the ends, in [0, pi]; its sine */
+  lanes toward_a[3], toward_b[3]; /* unit vectors across a.n and b.n in which the short way turns */
+} pair_plane;
+
+LANES_INLINE void cross(const lanes a[3], const lanes b[3], lanes out[3])
+{
+  for (int k = 0; k < 3; k++) out[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+}
+
+LANES_INLINE void cross_unit(const lanes a[3], const lanes b[3], lanes out[3])
+{
+  cross(a, b, out);
+  const lanes length = lanes_sqrt(lanes_dot(out, out));
+  for (int k = 0; k < 3; k++) out[k] /= length;
+}
+
+/* Ends in line share every plane; one is as good as another: that across the axis which is least along them. Their
+ * sine, which is rounding, counts as 0, so that rings have spread 0 and coincident ends are told apart from close ones.
+ * */
+LANES_INLINE void plane_of(pair_plane *pair)
+{
+  const lanes *n = pair->a.n;
+  lanes axis[3];
+  cross(n, pair->b.n, axis);
+  const lanes area = lanes_sqrt(lanes_dot(axis, axis));
+  const lanes_mask in_line = area <= IN_LINE;
+  pair->sine = lanes_select(in_line, lanes_all(0), area);
+  pair->angle = lanes_atan2(pair->sine, lanes_dot(n, pair->b.n));
+  const lanes_mask x_least = (lanes_abs(n[0]) <= lanes_abs(n[1])) & (lanes_abs(n[0]) <= lanes_abs(n[2]));
+  const lanes_mask y_least = ~x_least & (lanes_abs(n[1]) <= lanes_abs(n[2]));
+  const lanes one = lanes_all(1), none = lanes_all(0);
+  const lanes least[3] = {lanes_select(x_least, one, none), lanes_select(y_least, one, none),
+                          lanes_select(x_least | y_least, none, one)};
+  lanes any[3];
+  cross(n, least, any);
+  for (int k = 0; k < 3; k++) axis[k] = lanes_select(in_line, any[k], axis[k]);
+  cross_unit(axis, n, pair->toward_a);
+  cross_unit(n, pair->toward_a, axis); /* again: the first one of nearly parallel vectors is askew */
+  cross_unit(axis, pair->b.n, pair->toward_b);
+}
+
+typedef struct image {
+  lanes_mask status;
+  lanes launch[3], arrival[3], spread, frequency_ratio, swept, error;
+} image;
+
+/* The local unit direction of travel where x' = rate; x grows inward in a hole, outward in a wormhole. */
+LANES_INLINE void direction_of(int ellis, const orbit_end *end, const lanes toward[3], lanes turn, lanes swept,
+                               lanes size, lanes rate, lanes out[3])
+{
+  const lanes sine = end->lapse * end->w * swept / size, inward = ellis ? -rate : rate;
+  /* the invariant is better than the integrated slope, except near a turning point */
+  const lanes exact = lanes_copysign(lanes_sqrt(lanes_max((1 - sine) * (1 + sine), lanes_all(0))), inward);
+  const lanes cosine = -lanes_select(sine < 0.9, exact, inward / size);
+  for (int k = 0; k < 3; k++) out[k] = cosine * end->n[k] + turn * sine * toward[k];
+  const lanes length = lanes_sqrt(lanes_dot(out, out));
+  for (int k = 0; k < 3; k++) out[k] /= length;
+}
+
+/* Image `order` of the lanes in `wanted`. share: 1 / spread up to the sin(phi) that all images of a pair share. */
+LANES_INLINE image image_of(const bent_spacetime *s, const pair_plane *pair, const connect_request *request, int order,
+                            lanes_mask wanted, lanes *share)
+{
+  const int ellis = s->kind == BENT_ELLIS;
+  const orbit_end *a = &pair->a, *b = &pair->b;
+  const lanes turn = lanes_all(order & 1 ? -1 : 1);
+  const lanes swept = 2 * M_PI * ((order + 1) / 2) + turn * pair->angle;
+  const orbit_root root = search_root(ellis, a, b, swept, request->tolerance, wanted);
+  image image = {.swept = swept, .error = root.error};
+  direction_of(ellis, a, pair->toward_a, turn, swept, root.size, root.rate, image.launch);
+  direction_of(ellis, b, pair->toward_b, turn, swept, root.size, root.arrival_rate, image.arrival);
+  /* Widths of the cone at b: eta size / (w_a w_b lapse_a) in the plane, sin(Phi) / Phi size / (w_a w_b lapse_a) across.
+   * */
+  const double length = request->sky ? 1 : ellis ? s->throat_radius : s->mass;
+  const lanes scale = length * root.size / (a->w * a->lapse * (request->sky ? lanes_all(1) : b->w));
+  const lanes across = lanes_select(swept > 0, pair->sine / swept, lanes_all(1));
+  image.spread = lanes_abs(root.eta * across) * scale * scale;
+  image.frequency_ratio = b->lapse / a->lapse;
+  *share = swept / lanes_max(lanes_abs(root.eta) * scale * scale, lanes_all(1e-300));
+  const lanes_mask ring = (pair->sine == 0) & (swept > 0);
+  const lanes_mask sound =
+      root.found & lanes_is_finite(image.spread) & lanes_is_finite(image.launch[0] + image.arrival[0]);
+  const lanes_mask good = root.error <= request->tolerance;
+  const lanes_mask met = (ring & BENT_CONNECTION_RING) | (~ring & BENT_CONNECTION_MET);
+  image.status = (sound & good & met) | (sound & ~good & BENT_CONNECTION_COARSE) | (~sound & BENT_CONNECTION_FAILED);
+  return image;
+}
+
+/* Lane `lane` of `image` is entry `at`; an image that was not found has no values. */
+static void store(const image *image, int lane, size_t at, const bent_connections *out, bent_connection_count *count)
+{
+  const bent_connection_status status = (bent_connection_status)image->status[lane];
+  const int known = status != BENT_CONNECTION_NONE && status != BENT_CONNECTION_FAILED;
+  size_t *const counters[] = {&count->none, &count->met, &count->ring, &count->coarse, &count->failed};
+  ++*counters[status];
+  if (out->status) out->status[at] = (uint8_t)status;
+  if (out->spread) out->spread[at] = known ? image->spread[lane] : NAN;
+  if (out->frequency_ratio) out->frequency_ratio[at] = known ? image->frequency_ratio[lane] : NAN;
+  if (out->swept) out->swept[at] = status != BENT_CONNECTION_NONE ? image->swept[lane] : NAN;
+  if (out->error) out->error[at] = known ? image->error[lane] : NAN;
+  for (int k = 0; k < 3; k++) {
+    if (out->launch) out->launch[at][k] = known ? image->launch[k][lane] : NAN;
+    if (out->arrival) out->arrival[at][k] = known ? image->arrival[k][lane] : NAN;
+  }
+}
+
+static void connect_lanes(const bent_spacetime *s, const pair_plane *pair, const connect_request *request, size_t first,
+                          size_t present, const bent_connections *out, bent_connection_count *count)
+{
+  lanes_mask wanted = lanes_mask_from_bits(((unsigned)1 << present) - 1);
+  lanes sum = {0};
+  for (int order = 0; order < (int)request->max_images; order++) {
+    image image = {.status = {0}};
+    if (lanes_any(wanted)) {
+      lanes share;
+      image = image_of(s, pair, request, order, wanted, &share);
+      wanted &= (image.status == BENT_CONNECTION_FAILED) | (share >= request->min_share * sum);
+      image.status &= wanted;
+      sum += lanes_select(lanes_is_finite(share), share, lanes_all(0));
+    }
+    for (size_t i = 0; i < present; i++)
+      store(&image, (int)i, (first + i) * request->max_images + (size_t)order, out, count);
+  }
+}
+
+void BENT_KERNEL(bent_connect_pairs)(const bent_spacetime *spacetime, size_t n, const double (*a)[3],
+                                     const double (*b)[3], const connect_request *request, const bent_connections *out,
+                                     bent_connection_count *count)
+{
+  for (size_t first = 0; first < n; first += LANES) {
+    lanes from[3], to[3];
+    lanes_load_rows(a, NULL, first, n, from);
+    lanes_load_rows(b, NULL, first, n, to);
+    pair_plane pair;
+    if (spacetime->kind == BENT_ELLIS) {
+      ellis_end(spacetime, from, 0, 0, &pair.a);
+      ellis_end(spacetime, to, request->sky, request->far_side, &pair.b);
+    } else {
+      schwarzschild_end(spacetime, from, 0, &pair.a);
+      schwarzschild_end(spacetime, to, request->sky, &pair.b);
+    }
+    plane_of(&pair);
+    connect_lanes(spacetime, &pair, request, first, n - first < LANES ? n - first : LANES, out, count);
+  }
+}
