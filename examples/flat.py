@@ -25,17 +25,18 @@ def build(material: str = "all", light: str = "area") -> bpy.types.Scene:
     scene.bentlight.max_bounces = BOUNCES
     match_cycles(scene)
     chosen = list(MATERIALS) if material == "all" else [material]
-    columns = math.ceil(math.sqrt(2 * len(chosen)))
+    columns = 1 if len(chosen) == 1 else math.ceil(math.sqrt(2 * len(chosen)))
     floor = materials.principled("Floor", (0.45, 0.45, 0.45), roughness=1.0, specular_ior_level=0.0)
     objects.quad("Floor", (-6, -4, 0), (12, 0, 0), (0, 10, 0), floor)
     objects.quad("Red wall", (-6, -4, 0), (0, 10, 0), (0, 0, 5), materials.diffuse("Red", (0.7, 0.1, 0.06)))
     objects.quad("Green wall", (6, 6, 0), (0, -10, 0), (0, 0, 5), materials.diffuse("Green", (0.1, 0.5, 0.12)))
     objects.quad("Back wall", (-6, 6, 0), (12, 0, 0), (0, 0, 5), materials.diffuse("Slate", (0.25, 0.28, 0.34)))
-    radius = 1.3 if len(chosen) == 1 else 2.7 / columns
-    for index, name in enumerate(chosen):
-        row, column = divmod(index, columns)
-        x = (column - (min(columns, len(chosen)) - 1) / 2) * 2.5 * radius
-        objects.sphere(name, (x, 2.6 * radius * row, radius), radius, MATERIALS[name]())
+    radius = 1.3 if columns == 1 else 2.6 / columns
+    for index, name in enumerate(chosen):  # rows have `columns` spheres and one less in turn, which stand in the gaps
+        pair, place = divmod(index, 2 * columns - 1)
+        behind, column = divmod(place, columns)
+        x = (column + behind / 2 - (columns - 1) / 2) * 2.5 * radius
+        objects.sphere(name, (x, 2.8 * radius * (2 * pair + behind), radius), radius, MATERIALS[name]())
     LIGHTS[light]()
     objects.camera((0, -7.5, 4.6), (0, 0.95, 0.35), lens_mm=46)
     return scene
@@ -91,6 +92,41 @@ def color_ramp() -> bpy.types.Material:
     return material
 
 
+def add_shader() -> bpy.types.Material:
+    """Add Shader: a matte surface that shines a little, more where a checker is white."""
+    material = materials.diffuse("Embers", (0.15, 0.1, 0.3))
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    total, light, squares = (nodes.new(f"ShaderNode{kind}") for kind in ("AddShader", "Emission", "TexChecker"))
+    coordinates, output = nodes.new("ShaderNodeTexCoord"), nodes["Material Output"]
+    squares.inputs["Color1"].default_value, squares.inputs["Color2"].default_value = (0, 0, 0, 1), (1, 0.35, 0.1, 1)
+    squares.inputs["Scale"].default_value = 16.0
+    links.new(coordinates.outputs["UV"], squares.inputs["Vector"])
+    links.new(squares.outputs["Color"], light.inputs["Color"])
+    links.new(nodes["Diffuse BSDF"].outputs[0], total.inputs[0])
+    links.new(light.outputs[0], total.inputs[1])
+    links.new(total.outputs[0], output.inputs["Surface"])
+    return material
+
+
+def normal_map() -> bpy.types.Material:
+    """Hammered lacquer: round dimples in tangent space, repeated over the UV map."""
+    axis = np.linspace(-1, 1, 64, endpoint=False) + 1 / 64
+    x, y = np.meshgrid(axis, axis)
+    steep = 1.5 * np.clip(1 - np.hypot(x, y), 0, None)  # the slope is steep * (x, y): none at the rim and at the bottom
+    normals = np.stack([steep * x, steep * y, np.ones_like(x)], axis=-1)
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    image = materials.image_from_pixels("Dimples", 0.5 + 0.5 * normals)
+    image.colorspace_settings.name = "Non-Color"
+    material = materials.textured("Hammered", image, (12, 6), roughness=0.3)
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    bend, lacquer = nodes.new("ShaderNodeNormalMap"), nodes["Principled BSDF"]
+    links.remove(lacquer.inputs["Base Color"].links[0])
+    lacquer.inputs["Base Color"].default_value = (0.1, 0.4, 0.35, 1)
+    links.new(nodes["Image Texture"].outputs["Color"], bend.inputs["Color"])
+    links.new(bend.outputs["Normal"], lacquer.inputs["Normal"])
+    return material
+
+
 MATERIALS = {
     "diffuse": lambda: materials.diffuse("Diffuse", (0.7, 0.35, 0.2)),
     "diffuse_rough": lambda: materials.shader("Rough diffuse", "BsdfDiffuse", Color=(0.7, 0.35, 0.2, 1), Roughness=0.8),
@@ -114,6 +150,8 @@ MATERIALS = {
     "transparent_mix": transparent_mix,
     "image_texture": image_texture,
     "color_ramp": color_ramp,
+    "add_shader": add_shader,
+    "normal_map": normal_map,
 }
 
 

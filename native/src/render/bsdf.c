@@ -30,8 +30,9 @@ typedef struct lobe_value {
  * Conty et al., "A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem" (Ray Tracing Gems, 2019). */
 static double bump_shadow(vec3 smooth, vec3 normal, vec3 wi)
 {
-  const double tilt2 = squared(v3_dot(smooth, normal)), in = v3_dot(smooth, wi), in2 = min2(squared(in), 1);
-  if (in <= 0) return 0;
+  const double tilt = v3_dot(smooth, normal), tilt2 = squared(tilt);
+  const double in = v3_dot(smooth, wi), in2 = min2(squared(in), 1);
+  if (in <= 0 || tilt < 0) return 0; /* a normal that points into the surface scatters nothing */
   const double alpha2 = tilt2 > 0 ? min2(max2(0.125 * (1 - tilt2) / tilt2, 0), 1) : 1;
   return 2 / (1 + sqrt(1 + alpha2 * (1 - in2) / in2));
 }

@@ -18,19 +18,27 @@ static vec3 valid_normal(const shade_point *point, vec3 normal)
   return length > 1e-12 && length < INFINITY ? v3_scale(normal, 1 / length) : point->normal;
 }
 
-/* A normal map or smooth shading may send a mirror ray into the surface, or turn the normal away from wo: raises the mirror
- * ray just above the geometric surface and takes the normal half-way between it and wo. Leaves good normals alone. */
+/* A normal map or smooth shading may send a mirror ray into the surface: turns the normal towards the geometric one, just
+ * as far as lifts the ray above the surface. Leaves good normals alone, and those that turn their back on wo but whose
+ * mirror ray is above: nothing is seen of their reflection. This is what Cycles does (Keller et al., "The Iray Light
+ * Transport Simulation and Rendering System", 2017, A.3, has the idea).
+ *
+ * With the normal turned by phi from the geometric one, the mirror ray's height above the surface is
+ * r cos(2 phi - theta), where r and theta are the polar coordinates of wo in the plane of the two normals.
+ */
 static vec3 raise_reflection(const shade_point *point, vec3 normal)
 {
   const vec3 ng = point->geometric_normal, wo = point->wo;
-  const double lowest = min2(0.9 * v3_dot(ng, wo), LOWEST_REFLECTION);
-  const vec3 mirror = v3_sub(v3_scale(normal, 2 * v3_dot(normal, wo)), wo);
-  const double height = v3_dot(mirror, ng);
-  if (height >= lowest && v3_dot(normal, wo) > 0) return normal;
-  const vec3 flat = v3_normalize(v3_mad(ng, -height, mirror));
-  const vec3 raised = v3_mad(flat, sqrt(max2(1 - lowest * lowest, 0)), v3_scale(ng, max2(lowest, 0)));
-  const vec3 half = v3_add(raised, wo);
-  return v3_length(half) > 1e-9 ? v3_normalize(half) : ng;
+  const double up = v3_dot(ng, wo), lowest = min2(0.9 * up, LOWEST_REFLECTION);
+  const double height = 2 * v3_dot(normal, wo) * v3_dot(normal, ng) - up;
+  if (height >= lowest) return normal;
+  const vec3 sideways = v3_mad(ng, -v3_dot(normal, ng), normal);
+  const double length = v3_length(sideways);
+  if (length < 1e-12) return ng;
+  const vec3 x = v3_scale(sideways, 1 / length);
+  const double along = v3_dot(x, wo), r = hypot(along, up);
+  const double phi = r > 0 ? (atan2(along, up) + acos(min2(max2(lowest / r, -1), 1))) / 2 : 0;
+  return v3_mad(x, sin(phi), v3_scale(ng, cos(phi)));
 }
 
 /* The next free lobe, or NULL if there is nothing to add. */
