@@ -90,7 +90,8 @@ LANES_INLINE lanes search_step(const search_bracket *s, lanes rate, const orbit_
 {
   const lanes newton = -shot->miss / shot->slope, gap = lanes_abs(rate - s->critical);
   const lanes relative = s->side * newton / lanes_max(gap, lanes_all(1e-300));
-  const lanes shrunk = s->side * gap * (lanes_exp(lanes_max(relative, lanes_all(-30))) - 1);
+  const lanes exponent = lanes_min(lanes_max(relative, lanes_all(-30)), lanes_all(0));
+  const lanes shrunk = s->side * gap * (lanes_exp(exponent) - 1);
   return lanes_select(relative < -0.5, shrunk, newton);
 }
 
