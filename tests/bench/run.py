@@ -10,6 +10,7 @@ import platform
 from datetime import date
 from pathlib import Path
 
+import bench_connect
 import bench_intersect
 import bench_room
 import bench_table
@@ -70,6 +71,12 @@ def rays_chart(
     return log_log_chart("Curved rays", "99th percentile of the error (rad)", "ns a ray", list(series.values()))
 
 
+def connect_section() -> str:
+    """Rays that join two points."""
+    head = ["spacetime", "images", "tolerance", "µs a pair", "met", "goal"]
+    return "## Rays that join two points\n\nOne core.\n\n" + table(head, list(bench_connect.measure()))
+
+
 def intersect_section() -> str:
     """Curved and straight rays beside Embree called directly."""
     commit, *rays = bench_intersect.measure()
@@ -114,8 +121,10 @@ def main() -> None:
     ordinary, hard = list(bench_trace.ordinary()), list(bench_trace.hard())
     log.info("tables")
     tables, lookups = bench_table.report(y)
+    log.info("connections")
+    sections = [rays_section(ordinary, hard, y), "## Deflection tables\n\n" + tables, connect_section()]
     log.info("intersections")
-    sections = [rays_section(ordinary, hard, y), "## Deflection tables\n\n" + tables, intersect_section()]
+    sections.append(intersect_section())
     log.info("room")
     os.sched_setaffinity(0, cores)
     sections.append(room_section(bench_room.measure()))
