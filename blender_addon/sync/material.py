@@ -20,7 +20,7 @@ from bentlight_native import Program, ProgramBuilder
 
 from ..report import Reporter
 from .images import ImageTable, Pixels
-from .nodes import shaders, textures, values  # noqa: F401  (they register their nodes)
+from .nodes import colors, shaders, textures, values  # noqa: F401  (they register their nodes)
 from .nodes.compiler import LUMINANCE, Compiler
 
 

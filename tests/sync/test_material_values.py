@@ -2,6 +2,7 @@
 
 import bentlight_native
 import bpy
+import color_cases  # noqa: F401  (it adds to the cases)
 import numpy as np
 import pytest
 from cycles_values import render_rows

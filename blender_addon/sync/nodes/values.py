@@ -1,12 +1,10 @@
-"""Nodes that make and change numbers, colors and vectors."""
+"""Nodes that make and change numbers and vectors."""
 
 from __future__ import annotations
 
-import numpy as np
-
 from .compiler import NodeView, Outputs, socket_value, value_node
 
-RAMP_ENTRIES = 257  # at which Cycles evaluates a color ramp, linear in between
+_SCALARS = ("DOT_PRODUCT", "DISTANCE", "LENGTH")  # operations of Vector Math whose result is a number
 
 
 @value_node("ShaderNodeRGB", "ShaderNodeValue")
@@ -20,14 +18,6 @@ def _math(node: NodeView) -> Outputs:
     operands = [node.input(name) for name in ("Value", "Value_001", "Value_002")]
     result = node.emit("math", *operands, immediates=(node.node.operation,))
     return {"Value": node.emit("clamp", result) if node.node.use_clamp else result}
-
-
-@value_node("ShaderNodeMixRGB")
-def _mix_rgb(node: NodeView) -> Outputs:
-    factor = node.emit("clamp", node.input("Fac"))
-    operands = (factor, node.input("Color1"), node.input("Color2"))
-    result = node.emit("blend", *operands, immediates=(node.node.blend_type,))
-    return {"Color": node.emit("clamp", result) if node.node.use_clamp else result}
 
 
 @value_node("ShaderNodeMix")
@@ -48,16 +38,6 @@ def _mix(node: NodeView) -> Outputs:
     return {"Result_Color": node.emit("clamp", result) if settings.clamp_result else result}
 
 
-@value_node("ShaderNodeValToRGB")
-def _color_ramp(node: NodeView) -> Outputs:
-    ramp = node.node.color_ramp
-    entries = np.array([ramp.evaluate(i / (RAMP_ENTRIES - 1)) for i in range(RAMP_ENTRIES)], np.float32)
-    start, count = node.compiler.builder.table(np.nan_to_num(entries))
-    smooth = "OFF" if ramp.interpolation == "CONSTANT" else "ON"
-    color = node.emit("ramp", node.input("Fac"), immediates=(start, count, smooth))
-    return {"Color": color, "Alpha": color + 1}
-
-
 @value_node("ShaderNodeSeparateXYZ")
 def _separate_xyz(node: NodeView) -> Outputs:
     vector = node.input("Vector")
@@ -69,17 +49,30 @@ def _combine_xyz(node: NodeView) -> Outputs:
     return {"Vector": node.emit("combine", *map(node.input, "XYZ"))}
 
 
-@value_node("ShaderNodeSeparateColor")
-def _separate_color(node: NodeView) -> Outputs:
-    if node.node.mode != "RGB":
-        return {}
-    color = node.input("Color")
-    channels = {"Red": "X", "Green": "Y", "Blue": "Z"}
-    return {name: node.emit("channel", color, immediates=(channel,)) for name, channel in channels.items()}
+@value_node("ShaderNodeVectorMath")
+def _vector_math(node: NodeView) -> Outputs:
+    operands = [node.input(name) for name in ("Vector", "Vector_001", "Vector_002", "Scale")]
+    result = node.emit("vector_math", *operands, immediates=(node.node.operation,))
+    return {"Value" if node.node.operation in _SCALARS else "Vector": result}
 
 
-@value_node("ShaderNodeCombineColor")
-def _combine_color(node: NodeView) -> Outputs:
-    if node.node.mode != "RGB":
-        return {}
-    return {"Color": node.emit("combine", *map(node.input, ("Red", "Green", "Blue")))}
+@value_node("ShaderNodeClamp")
+def _clamp(node: NodeView) -> Outputs:
+    operands = map(node.input, ("Value", "Min", "Max"))
+    return {"Result": node.emit("clamp_between", *operands, immediates=(node.node.clamp_type,))}
+
+
+@value_node("ShaderNodeMapRange")
+def _map_range(node: NodeView) -> Outputs:
+    settings = node.node
+    is_vector = settings.data_type == "FLOAT_VECTOR"
+    if is_vector:
+        names = ("Vector", *(f"{name}_FLOAT3" for name in ("From_Min", "From_Max", "To_Min", "To_Max", "Steps")))
+    else:
+        names = ("Value", "From Min", "From Max", "To Min", "To Max", "Steps")
+    operands = [node.input(name) for name in names]
+    immediates = (settings.interpolation_type, "ON" if is_vector else "OFF")
+    result = node.emit("map_range", *operands, immediates=immediates)
+    if settings.clamp:
+        result = node.emit("clamp_between", result, *operands[3:5], immediates=("RANGE",))
+    return {"Vector" if is_vector else "Result": result}

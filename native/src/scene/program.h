@@ -47,6 +47,13 @@ void program_run(const program *program, program_context *context);
 #define BLEND_TYPES(X)                                                                                                 \
   X(MIX) X(DARKEN) X(MULTIPLY) X(BURN) X(LIGHTEN) X(SCREEN) X(DODGE) X(ADD) X(OVERLAY) X(SOFT_LIGHT) X(LINEAR_LIGHT)   \
   X(DIFFERENCE) X(EXCLUSION) X(SUBTRACT) X(DIVIDE) X(HUE) X(SATURATION) X(COLOR) X(VALUE)
+#define VECTOR_OPERATIONS(X)                                                                                           \
+  X(ADD) X(SUBTRACT) X(MULTIPLY) X(DIVIDE) X(MULTIPLY_ADD) X(CROSS_PRODUCT) X(PROJECT) X(REFLECT) X(REFRACT)           \
+  X(FACEFORWARD) X(DOT_PRODUCT) X(DISTANCE) X(LENGTH) X(SCALE) X(NORMALIZE) X(ABSOLUTE) X(POWER) X(SIGN) X(MINIMUM)    \
+  X(MAXIMUM) X(FLOOR) X(CEIL) X(FRACTION) X(MODULO) X(WRAP) X(SNAP) X(SINE) X(COSINE) X(TANGENT)
+#define MAP_INTERPOLATIONS(X) X(LINEAR) X(STEPPED) X(SMOOTHSTEP) X(SMOOTHERSTEP)
+#define CLAMP_TYPES(X) X(MINMAX) X(RANGE)
+#define COLOR_MODELS(X) X(HSV) X(HSL)
 #define COORDINATES(X) X(UV) X(GENERATED) X(OBJECT) X(NORMAL) X(REFLECTION) X(POSITION) X(SHADING_NORMAL) X(OBJECT_INDEX)
 #define MAPPING_TYPES(X) X(POINT) X(TEXTURE) X(VECTOR) X(NORMAL)
 #define EXTENSIONS(X) X(REPEAT) X(EXTEND) X(CLIP) X(MIRROR)
@@ -69,6 +76,17 @@ void program_run(const program *program, program_context *context);
   OP(math, 1, 3, PURE, NAMES(MATH_OPERATIONS))                                                                         \
   OP(mix, 1, 3, PURE, NONE)          /* factor (per component), a, b */                                                \
   OP(blend, 1, 3, PURE, NAMES(BLEND_TYPES)) /* factor, a, b */                                                         \
+  OP(clamp_between, 1, 3, PURE, NAMES(CLAMP_TYPES)) /* value, minimum, maximum */                                      \
+  OP(map_range, 1, 6, PURE, NAMES(MAP_INTERPOLATIONS), NAMES(SWITCH)) /* value, from a, b, to a, b, steps; vector */   \
+  OP(vector_math, 1, 4, PURE, NAMES(VECTOR_OPERATIONS)) /* a, b, c, scale */                                           \
+  OP(color_to_model, 1, 1, PURE, NAMES(COLOR_MODELS))                                                                  \
+  OP(color_from_model, 1, 1, PURE, NAMES(COLOR_MODELS))                                                                \
+  OP(gamma, 1, 2, PURE, NONE)        /* color, exponent */                                                             \
+  OP(invert, 1, 2, PURE, NONE)       /* factor, color */                                                               \
+  OP(brightness_contrast, 1, 3, PURE, NONE) /* color, brightness, contrast */                                          \
+  OP(hue_saturation, 1, 5, PURE, NONE) /* hue, saturation, value, factor, color */                                     \
+  OP(curves, 1, 4, PURE, table_start, table_count, NAMES(SWITCH)) /* factor, color, start, width; extrapolate */       \
+  OP(blackbody, 1, 1, PURE, NONE)    /* temperature in K */                                                            \
   OP(multiply, 1, 2, PURE, NONE)                                                                                       \
   OP(transform, 1, 5, PURE, NONE)    /* vector; three columns, translation */                                          \
   OP(mapping, 1, 4, PURE, NAMES(MAPPING_TYPES)) /* vector, location, rotation, scale */                                \
@@ -105,6 +123,16 @@ typedef enum projection { PROJECTIONS(ENUMERATION) } projection;
 #undef ENUMERATION
 #define ENUMERATION(name) SPACE_##name,
 typedef enum normal_space { NORMAL_SPACES(ENUMERATION) } normal_space;
+#undef ENUMERATION
+
+#define ENUMERATION(name) VECTOR_##name,
+typedef enum vector_operation { VECTOR_OPERATIONS(ENUMERATION) } vector_operation;
+#undef ENUMERATION
+#define ENUMERATION(name) MAP_##name,
+typedef enum map_interpolation { MAP_INTERPOLATIONS(ENUMERATION) } map_interpolation;
+#undef ENUMERATION
+#define ENUMERATION(name) MODEL_##name,
+typedef enum color_model { COLOR_MODELS(ENUMERATION) } color_model;
 #undef ENUMERATION
 
 #define DECLARATION(name, ...) operation op_##name;

@@ -1,8 +1,9 @@
-/* Operations on numbers and colors. The conventions for arguments out of domain are Blender's. */
+/* Operations on numbers, and on vectors component by component. The conventions for arguments out of domain are Blender's. */
 #include <math.h>
 
 #include "scene/fresnel.h"
 #include "scene/program.h"
+#include "scene/safe_math.h"
 
 #define PI 3.14159265358979323846
 #define OPERATION(name)                                                                                                \
@@ -20,27 +21,6 @@ OPERATION(mix)
   UNUSED;
   const vec3 f = *in[0], a = *in[1], b = *in[2];
   *out = v3_add(v3_mul(a, v3_sub(v3_splat(1), f)), v3_mul(b, f));
-}
-
-static double safe_divide(double a, double b) { return b != 0 ? a / b : 0; }
-static double safe_power(double a, double b) { return a < 0 && b != trunc(b) ? 0 : pow(a, b); }
-static double safe_log(double a, double b) { return a <= 0 || b <= 0 ? 0 : safe_divide(log(a), log(b)); }
-static double smooth_min(double a, double b, double c)
-{
-  if (c == 0) return fmin(a, b);
-  const double h = fmax(c - fabs(a - b), 0) / c;
-  return fmin(a, b) - h * h * h * c / 6;
-}
-static double wrap_range(double x, double high, double low)
-{
-  const double range = high - low;
-  return range != 0 ? x - range * floor((x - low) / range) : low;
-}
-static double ping_pong(double a, double b)
-{
-  if (b == 0) return 0;
-  const double t = (a - b) / (2 * b);
-  return fabs((t - floor(t)) * 2 * b - b);
 }
 
 static double math_value(math_operation operation, double a, double b, double c)
@@ -92,74 +72,90 @@ static double math_value(math_operation operation, double a, double b, double c)
 }
 OPERATION(math) { UNUSED; *out = v3_splat(math_value(immediates[0], in[0]->x, in[1]->x, in[2]->x)); }
 
-/* One channel of a blend mode that treats the channels alone; t is the factor, s = 1 - t. */
-static double blend_channel(blend_type type, double t, double a, double b)
+/* One component of the Map Range node: how far x lies from a to b, mapped. */
+static double map_factor(map_interpolation kind, double x, double a, double b, double steps)
 {
-  const double s = 1 - t;
-  double x;
-  switch (type) {
-    case BLEND_DARKEN: return fmin(a, b) * t + a * s;
-    case BLEND_MULTIPLY: return a * (s + t * b);
-    case BLEND_BURN:
-      x = s + t * b;
-      return x <= 0 ? 0 : saturate(1 - (1 - a) / x);
-    case BLEND_LIGHTEN: return fmax(a, b) * t + a * s;
-    case BLEND_SCREEN: return 1 - (s + t * (1 - b)) * (1 - a);
-    case BLEND_DODGE:
-      if (a == 0) return a;
-      x = 1 - t * b;
-      return x <= 0 ? 1 : fmin(a / x, 1);
-    case BLEND_ADD: return a + t * b;
-    case BLEND_OVERLAY: return a < 0.5 ? a * (s + 2 * t * b) : 1 - (s + 2 * t * (1 - b)) * (1 - a);
-    case BLEND_SOFT_LIGHT: x = 1 - (1 - b) * (1 - a); return s * a + t * ((1 - a) * b * a + a * x);
-    case BLEND_LINEAR_LIGHT: return a + t * (2 * b - 1);
-    case BLEND_DIFFERENCE: return s * a + t * fabs(a - b);
-    case BLEND_EXCLUSION: return fmax(s * a + t * (a + b - 2 * a * b), 0);
-    case BLEND_SUBTRACT: return a - t * b;
-    case BLEND_DIVIDE: return b != 0 ? s * a + t * a / b : a;
-    default: return s * a + t * b;
+  if (kind == MAP_SMOOTHSTEP || kind == MAP_SMOOTHERSTEP) {
+    const double t = saturate(safe_divide(x - a, b - a));
+    return kind == MAP_SMOOTHSTEP ? t * t * (3 - 2 * t) : t * t * t * (t * (6 * t - 15) + 10);
   }
+  const double t = safe_divide(x - a, b - a);
+  return kind == MAP_STEPPED ? (steps > 0 ? floor(t * (steps + 1)) / steps : 0) : t;
 }
-
-/* Hue, saturation and value, each in [0, 1] for colors in [0, 1]. */
-static vec3 hsv_from_rgb(vec3 c)
-{
-  const double high = v3_max(c), low = fmin(c.x, fmin(c.y, c.z)), range = high - low;
-  if (high == 0 || range == 0) return v3(0, 0, high);
-  const vec3 d = v3_scale(v3_sub(v3_splat(high), c), 1 / range);
-  double h = c.x == high ? d.z - d.y : c.y == high ? 2 + d.x - d.z : 4 + d.y - d.x;
-  h /= 6;
-  return v3(h < 0 ? h + 1 : h, range / high, high);
-}
-static vec3 rgb_from_hsv(vec3 c)
-{
-  const double h = c.x == 1 ? 0 : 6 * c.x, s = c.y, v = c.z, i = floor(h), f = h - i;
-  if (s == 0) return v3_splat(v);
-  const double p = v * (1 - s), q = v * (1 - s * f), t = v * (1 - s * (1 - f));
-  return i == 0 ? v3(v, t, p) : i == 1 ? v3(q, v, p) : i == 2 ? v3(p, v, t) : i == 3 ? v3(p, q, v)
-       : i == 4 ? v3(t, p, v) : v3(v, p, q);
-}
-
-/* The blend modes that exchange a part of hue, saturation and value. */
-static vec3 blend_hsv(blend_type type, double t, vec3 a, vec3 b)
-{
-  vec3 ha = hsv_from_rgb(a);
-  const vec3 hb = hsv_from_rgb(b);
-  if (type == BLEND_VALUE) return ha.z = (1 - t) * ha.z + t * hb.z, rgb_from_hsv(ha);
-  if (type == BLEND_SATURATION) return ha.y != 0 ? (ha.y = (1 - t) * ha.y + t * hb.y, rgb_from_hsv(ha)) : a;
-  if (hb.y == 0) return a; /* a gray has no hue to give */
-  ha.x = hb.x;
-  if (type == BLEND_COLOR) ha.y = hb.y;
-  return v3_mix(a, rgb_from_hsv(ha), t);
-}
-
-OPERATION(blend)
+OPERATION(map_range)
 {
   UNUSED;
-  const blend_type type = immediates[0];
-  const double t = in[0]->x;
-  const vec3 a = *in[1], b = *in[2];
-  *out = type >= BLEND_HUE
-             ? blend_hsv(type, t, a, b)
-             : v3(blend_channel(type, t, a.x, b.x), blend_channel(type, t, a.y, b.y), blend_channel(type, t, a.z, b.z));
+  const map_interpolation kind = immediates[0];
+  const vec3 *v = in[0], *a = in[1], *b = in[2], *steps = in[5];
+  const vec3 t = v3(map_factor(kind, v->x, a->x, b->x, steps->x), map_factor(kind, v->y, a->y, b->y, steps->y),
+                    map_factor(kind, v->z, a->z, b->z, steps->z));
+  *out = v3_add(*in[3], v3_mul(t, v3_sub(*in[4], *in[3])));
+  /* a number that comes from an empty range is 0, a vector the start of the range it goes to */
+  if (!immediates[1] && a->x == b->x) *out = v3_splat(0);
+}
+
+static double clamp_between(double x, double low, double high) { return fmin(fmax(x, low), high); }
+OPERATION(clamp_between)
+{
+  UNUSED;
+  vec3 low = *in[1], high = *in[2];
+  if (immediates[0]) {
+    low = v3(fmin(in[1]->x, in[2]->x), fmin(in[1]->y, in[2]->y), fmin(in[1]->z, in[2]->z));
+    high = v3(fmax(in[1]->x, in[2]->x), fmax(in[1]->y, in[2]->y), fmax(in[1]->z, in[2]->z));
+  }
+  *out = v3(clamp_between(in[0]->x, low.x, high.x), clamp_between(in[0]->y, low.y, high.y),
+            clamp_between(in[0]->z, low.z, high.z));
+}
+
+static double component_value(vector_operation operation, double a, double b, double c)
+{
+  switch (operation) {
+    case VECTOR_ADD: return a + b;
+    case VECTOR_SUBTRACT: return a - b;
+    case VECTOR_MULTIPLY: return a * b;
+    case VECTOR_DIVIDE: return safe_divide(a, b);
+    case VECTOR_MULTIPLY_ADD: return a * b + c;
+    case VECTOR_ABSOLUTE: return fabs(a);
+    case VECTOR_POWER: return safe_power(a, b);
+    case VECTOR_SIGN: return (a > 0) - (a < 0);
+    case VECTOR_MINIMUM: return fmin(a, b);
+    case VECTOR_MAXIMUM: return fmax(a, b);
+    case VECTOR_FLOOR: return floor(a);
+    case VECTOR_CEIL: return ceil(a);
+    case VECTOR_FRACTION: return a - floor(a);
+    case VECTOR_MODULO: return b != 0 ? fmod(a, b) : 0;
+    case VECTOR_WRAP: return wrap_range(a, b, c);
+    case VECTOR_SNAP: return floor(safe_divide(a, b)) * b;
+    case VECTOR_SINE: return sin(a);
+    case VECTOR_COSINE: return cos(a);
+    case VECTOR_TANGENT: return tan(a);
+    default: return 0;
+  }
+}
+static vec3 refracted(vec3 incident, vec3 normal, double eta)
+{
+  const double cosine = v3_dot(normal, incident), k = 1 - eta * eta * (1 - cosine * cosine);
+  return k < 0 ? v3_splat(0) : v3_sub(v3_scale(incident, eta), v3_scale(normal, eta * cosine + sqrt(k)));
+}
+/* a, b, c, scale. A number is the same in all components. */
+OPERATION(vector_math)
+{
+  UNUSED;
+  const vector_operation operation = immediates[0];
+  const vec3 a = *in[0], b = *in[1], c = *in[2];
+  switch (operation) {
+    case VECTOR_CROSS_PRODUCT: *out = v3_cross(a, b); break;
+    case VECTOR_PROJECT: *out = v3_scale(b, safe_divide(v3_dot(a, b), v3_dot(b, b))); break;
+    case VECTOR_REFLECT: *out = v3_mad(v3_normalize(b), -2 * v3_dot(a, v3_normalize(b)), a); break;
+    case VECTOR_REFRACT: *out = refracted(a, v3_normalize(b), in[3]->x); break;
+    case VECTOR_FACEFORWARD: *out = v3_dot(c, b) < 0 ? a : v3_scale(a, -1); break;
+    case VECTOR_DOT_PRODUCT: *out = v3_splat(v3_dot(a, b)); break;
+    case VECTOR_DISTANCE: *out = v3_splat(v3_length(v3_sub(a, b))); break;
+    case VECTOR_LENGTH: *out = v3_splat(v3_length(a)); break;
+    case VECTOR_SCALE: *out = v3_scale(a, in[3]->x); break;
+    case VECTOR_NORMALIZE: *out = v3_normalize(a); break;
+    default:
+      *out = v3(component_value(operation, a.x, b.x, c.x), component_value(operation, a.y, b.y, c.y),
+                component_value(operation, a.z, b.z, c.z));
+  }
 }
