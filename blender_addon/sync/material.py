@@ -20,8 +20,8 @@ from bentlight_native import Program, ProgramBuilder
 
 from ..report import Reporter
 from .images import ImageTable, Pixels
-from .nodes import colors, shaders, textures, values  # noqa: F401  (they register their nodes)
-from .nodes.compiler import LUMINANCE, Compiler
+from .nodes import colors, procedural, shaders, textures, values  # noqa: F401  (they register their nodes)
+from .nodes.compiler import Compiler
 
 
 class Compiled(NamedTuple):
@@ -34,7 +34,7 @@ class Compiled(NamedTuple):
 
 def compile_material(material: Any, images: ImageTable) -> Compiled:
     """The surface of a material. Adds the images that it uses to `images`; raises RenderError if one is missing."""
-    compiler = Compiler(f"Material '{material.name}'", images, _luminance())
+    compiler = Compiler(f"Material '{material.name}'", images, bpy.app.version)
     tree = _node_tree(material)
     if tree is None:
         _viewport_surface(compiler, material)
@@ -45,7 +45,7 @@ def compile_material(material: Any, images: ImageTable) -> Compiled:
 
 def compile_world(world: Any, images: ImageTable) -> Compiled:
     """The background of a world; see compile_material."""
-    compiler = Compiler(f"World '{world.name}'", images, _luminance())
+    compiler = Compiler(f"World '{world.name}'", images, bpy.app.version)
     tree = _node_tree(world)
     if tree is None:
         constant = compiler.builder.constant
@@ -53,10 +53,6 @@ def compile_world(world: Any, images: ImageTable) -> Compiled:
     else:
         _compile_output(compiler, tree)
     return Compiled(compiler.builder.build(compiler.owner), compiler.warnings, frozenset(compiler.uv_maps))
-
-
-def _luminance() -> tuple[float, float, float]:
-    return LUMINANCE if bpy.app.version >= (5, 0) else (0.2126729, 0.7151522, 0.0721750)
 
 
 def _node_tree(datablock: Any) -> Any:

@@ -41,14 +41,14 @@ def emission(tree, color):
 
 def test_unsupported_value_node_warns_once_and_keeps_the_socket_value():
     def build(tree):
-        noise = new(tree, "TexNoise")
-        noise.name = "Grain"
-        both = new(tree, "BsdfDiffuse", {"Color": noise.outputs["Color"], "Roughness": noise.outputs[0]})
+        corners = new(tree, "AmbientOcclusion")
+        corners.name = "Dirt"
+        both = new(tree, "BsdfDiffuse", {"Color": corners.outputs["Color"], "Roughness": corners.outputs["AO"]})
         both.inputs["Color"].default_value = (0.1, 0.2, 0.3, 1)
         return both.outputs[0]
 
     result, warnings = shade(make_material(build))
-    assert len(warnings) == 1 and "'Wall'" in warnings[0] and "'Grain'" in warnings[0]
+    assert len(warnings) == 1 and "'Wall'" in warnings[0] and "'Dirt'" in warnings[0]
     np.testing.assert_allclose(result["albedo"], [[0.1, 0.2, 0.3]], rtol=1e-5)
 
 

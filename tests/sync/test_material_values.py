@@ -5,6 +5,7 @@ import bpy
 import color_cases  # noqa: F401  (it adds to the cases)
 import numpy as np
 import pytest
+import texture_cases  # noqa: F401  (so does this)
 from cycles_values import render_rows
 from value_cases import CASES, empty_tree
 

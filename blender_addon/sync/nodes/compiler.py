@@ -15,7 +15,6 @@ from bentlight_native import ProgramBuilder
 from ..images import ImageTable
 
 Outputs = dict[str, int]  # identifier of an output socket -> operand
-LUMINANCE = (0.2126390059, 0.7151686788, 0.0721923154)  # of linear Rec. 709 colors, as Blender has them since 5.0
 NUMBERS = {"VALUE", "INT", "BOOLEAN"}  # socket types that are one number
 
 VALUE_NODES: dict[str, Callable[[NodeView], Outputs]] = {}
@@ -58,17 +57,24 @@ class Scope:
 @dataclass
 class Compiler:
     """One material or world on its way to a program. `owner` names it in warnings, as in "Material 'Wall'";
-    `luminance` weighs the channels of a color that becomes a number."""
+    `version` is Blender's: some nodes have changed."""
 
     owner: str
     images: ImageTable
-    luminance: tuple[float, float, float] = LUMINANCE
+    version: tuple[int, ...]
     builder: ProgramBuilder = field(default_factory=ProgramBuilder)
     warnings: list[str] = field(default_factory=list)
     uv_maps: set[str] = field(default_factory=set)  # that nodes ask for by name
     _weights: dict[tuple, int] = field(default_factory=dict)  # of shader nodes that are still to be emitted
     _values: dict[tuple, Outputs] = field(default_factory=dict)
     _entered: list[tuple] = field(default_factory=list)
+
+    @property
+    def luminance(self) -> tuple[float, float, float]:
+        """Weighs the channels of a linear Rec. 709 color that becomes a number."""
+        if self.version >= (5, 0):
+            return 0.2126390059, 0.7151686788, 0.0721923154
+        return 0.2126729, 0.7151522, 0.0721750
 
     def warn(self, node: Any, text: str) -> None:
         """Adds a warning that names the owner and the node, once."""

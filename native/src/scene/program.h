@@ -62,6 +62,15 @@ void program_run(const program *program, program_context *context);
 #define ENVIRONMENT_PROJECTIONS(X) X(EQUIRECTANGULAR) X(MIRROR_BALL)
 #define NORMAL_SPACES(X) X(TANGENT) X(OBJECT) X(WORLD) X(BLENDER_OBJECT) X(BLENDER_WORLD)
 #define DISTRIBUTIONS(X) X(GGX) X(MULTI_GGX)
+#define DIMENSIONS(X) X(1D) X(2D) X(3D) X(4D)
+#define FRACTAL_TYPES(X) X(MULTIFRACTAL) X(RIDGED_MULTIFRACTAL) X(HYBRID_MULTIFRACTAL) X(FBM) X(HETERO_TERRAIN)
+#define VORONOI_FEATURES(X) X(F1) X(F2) X(SMOOTH_F1) X(DISTANCE_TO_EDGE) X(N_SPHERE_RADIUS)
+#define VORONOI_METRICS(X) X(EUCLIDEAN) X(MANHATTAN) X(CHEBYCHEV) X(MINKOWSKI)
+#define GRADIENT_TYPES(X) X(LINEAR) X(QUADRATIC) X(EASING) X(DIAGONAL) X(SPHERICAL) X(QUADRATIC_SPHERE) X(RADIAL)
+#define WAVE_TYPES(X) X(BANDS) X(RINGS)
+#define WAVE_DIRECTIONS(N) N(X) N(Y) N(Z) N(DIAGONAL) N(SPHERICAL)
+#define WAVE_PROFILES(X) X(SIN) X(SAW) X(TRI)
+#define DEPTHS(X) X(0) X(1) X(2) X(3) X(4) X(5) X(6) X(7) X(8) X(9) X(10)
 #define CHANNELS(N) N(X) N(Y) N(Z)
 #define SWITCH(X) X(OFF) X(ON)
 
@@ -92,6 +101,20 @@ void program_run(const program *program, program_context *context);
   OP(mapping, 1, 4, PURE, NAMES(MAPPING_TYPES)) /* vector, location, rotation, scale */                                \
   OP(normal_map, 1, 2, PER_POINT, NAMES(NORMAL_SPACES)) /* strength, color */                                          \
   OP(checker, 2, 4, PURE, NONE)      /* vector, color 1, color 2, scale -> color, factor */                            \
+  /* vector, w, scale, detail, roughness, lacunarity, offset, gain, distortion -> value, color; normalize, color wanted */ \
+  OP(noise, 2, 9, PURE, NAMES(DIMENSIONS), NAMES(FRACTAL_TYPES), NAMES(SWITCH), NAMES(SWITCH))                         \
+  OP(white_noise, 2, 2, PURE, NAMES(DIMENSIONS)) /* vector, w -> value, color */                                       \
+  /* vector, w, scale, detail, roughness, lacunarity, smoothness, exponent, randomness -> distance or radius, color,  \
+   * position, w; normalize, cells as before Blender 5.0 */                                                            \
+  OP(voronoi, 4, 9, PURE, NAMES(DIMENSIONS), NAMES(VORONOI_FEATURES), NAMES(VORONOI_METRICS), NAMES(SWITCH),           \
+     NAMES(SWITCH))                                                                                                    \
+  OP(gradient, 1, 1, PURE, NAMES(GRADIENT_TYPES)) /* vector */                                                         \
+  OP(magic, 2, 3, PURE, NAMES(DEPTHS)) /* vector, scale, distortion -> color, factor */                                \
+  /* vector, scale, distortion, detail, detail scale, detail roughness, phase */                                       \
+  OP(wave, 1, 7, PURE, NAMES(WAVE_TYPES), NAMES(WAVE_DIRECTIONS), NAMES(WAVE_PROFILES))                                \
+  /* vector, color 1, color 2, mortar, scale, mortar size, mortar smooth, bias, brick width, row height, offset, its  \
+   * frequency, squash, its frequency -> color, mortar */                                                              \
+  OP(brick, 2, 14, PURE, NONE)                                                                                         \
   OP(ramp, 2, 1, PURE, table_start, table_count, NAMES(SWITCH)) /* factor -> color, alpha; smooth */                  \
   OP(image, 2, 1, PER_POINT, image_index, NAMES(INTERPOLATIONS), NAMES(EXTENSIONS), NAMES(SWITCH)) /* straight alpha */ \
   OP(project, 1, 1, PURE, NAMES(PROJECTIONS)) /* vector -> image coordinates */                                        \
@@ -133,6 +156,18 @@ typedef enum map_interpolation { MAP_INTERPOLATIONS(ENUMERATION) } map_interpola
 #undef ENUMERATION
 #define ENUMERATION(name) MODEL_##name,
 typedef enum color_model { COLOR_MODELS(ENUMERATION) } color_model;
+#undef ENUMERATION
+#define ENUMERATION(name) GRADIENT_##name,
+typedef enum gradient_type { GRADIENT_TYPES(ENUMERATION) } gradient_type;
+#undef ENUMERATION
+#define ENUMERATION(name) WAVE_##name,
+typedef enum wave_type { WAVE_TYPES(ENUMERATION) } wave_type;
+#undef ENUMERATION
+#define ENUMERATION(name) WAVE_##name,
+typedef enum wave_direction { WAVE_DIRECTIONS(ENUMERATION) } wave_direction;
+#undef ENUMERATION
+#define ENUMERATION(name) WAVE_##name,
+typedef enum wave_profile { WAVE_PROFILES(ENUMERATION) } wave_profile;
 #undef ENUMERATION
 
 #define DECLARATION(name, ...) operation op_##name;
