@@ -20,7 +20,7 @@ from bentlight_native import Program, ProgramBuilder
 
 from ..report import Reporter
 from .images import ImageTable, Pixels
-from .nodes import colors, procedural, shaders, textures, values  # noqa: F401  (they register their nodes)
+from .nodes import colors, inputs, procedural, shaders, textures, values  # noqa: F401  (they register their nodes)
 from .nodes.compiler import Compiler
 
 
@@ -34,7 +34,7 @@ class Compiled(NamedTuple):
 
 def compile_material(material: Any, images: ImageTable) -> Compiled:
     """The surface of a material. Adds the images that it uses to `images`; raises RenderError if one is missing."""
-    compiler = Compiler(f"Material '{material.name}'", images, bpy.app.version)
+    compiler = Compiler(f"Material '{material.name}'", images, bpy.app.version, material.pass_index)
     tree = _node_tree(material)
     if tree is None:
         _viewport_surface(compiler, material)

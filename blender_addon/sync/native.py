@@ -64,6 +64,8 @@ def _add_instance(scene: bentlight_native.Scene, instance: InstanceData) -> None
             visibility=instance.visibility,
             object_index=instance.object_index,
             one_sided=instance.one_sided,
+            color=instance.color,
+            random=instance.random,
         )
     except ValueError as error:
         raise RenderError(f"Object '{instance.name}': {error}") from error

@@ -12,6 +12,7 @@ from . import light, mesh, spacetime
 from .material import MaterialTable
 from .scene_data import CameraData, InstanceData, MeshData, SceneData, Visibility
 
+_WORD = 0xFFFFFFFF
 _SINGULAR = 1e-12  # of the volume of the box that the matrix's columns could span
 _UNSUPPORTED_TYPES = {"CURVES": "hair", "POINTCLOUD": "point clouds", "VOLUME": "volumes"}
 _STUDIO_FLOOR = "FloorHidden"  # the material by whose name Blender's own engines know it
@@ -69,7 +70,7 @@ class _SceneReader:
         elif obj.type in _UNSUPPORTED_TYPES:
             self._reporter.warn(f"Object '{obj.name}': {_UNSUPPORTED_TYPES[obj.type]} cannot be rendered yet")
         elif self._view_layer.use_solid:
-            self._add_geometry(obj, instance.parent, matrix)
+            self._add_geometry(instance, matrix)
 
     def finish(self) -> SceneData:
         if self._unseen_lamps:
@@ -94,7 +95,8 @@ class _SceneReader:
                 return
         self._data.spacetimes.append(spacetime.read_spacetime(obj, matrix))
 
-    def _add_geometry(self, obj: bpy.types.Object, parent: bpy.types.Object | None, matrix: np.ndarray) -> None:
+    def _add_geometry(self, instance: bpy.types.DepsgraphObjectInstance, matrix: np.ndarray) -> None:
+        obj = instance.object
         found = self._mesh_of(obj)
         if found is None:
             return
@@ -109,8 +111,10 @@ class _SceneReader:
                 mesh=index,
                 world_from_mesh=matrix,
                 materials=tuple(self._material_index(m, _active_uv_map(obj)) for m in self._slots(obj, data_materials)),
-                visibility=self._visibility(obj, parent),
+                visibility=self._visibility(obj, instance.parent),
                 object_index=float(obj.pass_index),
+                color=tuple(obj.color),
+                random=_random_number(instance),
             )
         )
 
@@ -208,3 +212,22 @@ def _active_uv_map(obj: bpy.types.Object) -> str | None:
     """Name of the one UV map that is read; None if there is none."""
     layers = getattr(obj.data, "uv_layers", ())
     return next((layer.name for layer in layers if layer.active_render), None)
+
+
+def _random_number(instance: bpy.types.DepsgraphObjectInstance) -> float:
+    """A number in [0, 1] that is the object's own: of an instance Blender's, else made from the name as by Cycles."""
+    if instance.is_instance:
+        return (instance.random_id & _WORD) / _WORD
+    word = 0
+    for byte in instance.object.name.encode():
+        word = (word * 37 + byte) & _WORD
+    return _hash_words(word, 0) / _WORD
+
+
+def _hash_words(x: int, y: int) -> int:
+    """Bob Jenkins' lookup3 of two 32 bit words."""
+    start = 0xDEADBEEF + (2 << 2) + 13
+    a, b, c = (start + x) & _WORD, (start + y) & _WORD, start & _WORD
+    for shift in (14, 11, 25, 16, 4, 14, 24):  # c, a and b change in turn, each by the one before
+        c, a, b = a, b, ((c ^ b) - (b << shift | b >> (32 - shift))) & _WORD
+    return b

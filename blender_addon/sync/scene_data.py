@@ -46,6 +46,8 @@ class InstanceData:
     visibility: int = Visibility.ALL
     object_index: float = 0.0
     one_sided: bool = False
+    color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)  # RGB and alpha, for materials that ask
+    random: float = 0.0  # in [0, 1], likewise
 
 
 @dataclass

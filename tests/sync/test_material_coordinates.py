@@ -43,11 +43,40 @@ def normal_map(space, strength):
     return build
 
 
+def geometry(name):
+    return lambda tree: new(tree, "NewGeometry").outputs[name]
+
+
+def fresnel(ior, is_bumped=False):
+    def build(tree):
+        inputs = {"IOR": ior} | ({"Normal": normal_map("OBJECT", 0.6)(tree)} if is_bumped else {})
+        return new(tree, "Fresnel", inputs).outputs[0]
+
+    return build
+
+
+def layer_weight(name, blend, is_bumped=False):
+    def build(tree):
+        inputs = {"Blend": blend} | ({"Normal": normal_map("OBJECT", 0.6)(tree)} if is_bumped else {})
+        return new(tree, "LayerWeight", inputs).outputs[name]
+
+    return build
+
+
 CASES = {name: coordinate(name) for name in ("Generated", "Object", "Normal", "Reflection")}
 CASES["other_object"] = coordinate("Object", other_object)
 for space in SPACES:
     for strength in (1.0, 0.4, 1.7):
         CASES[f"normal_{space}_{strength}"] = normal_map(space, strength)
+for name in ("Position", "Normal", "Tangent", "True Normal", "Incoming", "Backfacing"):
+    CASES[f"geometry_{name}"] = geometry(name)
+for ior in (0.0, 0.7, 1.0, 1.45, 3.0):
+    CASES[f"fresnel_{ior}"] = fresnel(ior)
+CASES["fresnel_bumped"] = fresnel(1.45, is_bumped=True)
+for name in ("Fresnel", "Facing"):
+    for blend in (0.0, 0.2, 0.5, 0.8, 1.0):
+        CASES[f"layer_weight_{name}_{blend}"] = layer_weight(name, blend)
+    CASES[f"layer_weight_{name}_bumped"] = layer_weight(name, 0.3, is_bumped=True)
 
 
 def make_points():
@@ -130,6 +159,7 @@ def rendered(tmp_path_factory):
 @pytest.mark.parametrize("name", CASES)
 def test_values_are_those_of_cycles(rendered, name):
     cycles, ours = rendered[name]
-    # Generated is stretched over the whole object: a sample's place in its pixel shows most there.
-    tolerance = 5e-4 if name == "Generated" else 2e-5
+    # Generated, on which the tangent depends, is stretched over the whole object: a sample's place in its pixel shows
+    # most there.
+    tolerance = 5e-4 if name in ("Generated", "geometry_Tangent") else 2e-5
     np.testing.assert_allclose(ours, cycles, rtol=2e-5, atol=tolerance)

@@ -62,6 +62,7 @@ class Compiler:
     owner: str
     images: ImageTable
     version: tuple[int, ...]
+    material_index: int = 0  # the pass index of a material
     builder: ProgramBuilder = field(default_factory=ProgramBuilder)
     warnings: list[str] = field(default_factory=list)
     uv_maps: set[str] = field(default_factory=set)  # that nodes ask for by name

@@ -33,6 +33,8 @@ typedef struct bent_instance {
   size_t material_count;
   uint32_t visibility;          /* bent_visibility bits: the kinds of ray that see it, and BENT_HOLDOUT */
   float object_index;           /* for object info and index passes */
+  float color[4];               /* for object info: RGB and alpha */
+  float random;                 /* for object info: in [0, 1] */
   uint32_t one_sided;           /* emits and is seen only on the side of the geometric normal (area lights) */
 } bent_instance;
 

@@ -62,14 +62,18 @@ class GeometryMethods:
         visibility: int = VISIBLE_ALL,
         object_index: float = 0.0,
         one_sided: bool = False,
+        color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0),
+        random: float = 0.0,
     ) -> int:
         """Place a mesh and return the instance's index.
 
         world_from_mesh: (4, 4) float64, any invertible affine matrix. materials: (k,) int32, one per slot; None for the
         default gray. visibility: VISIBLE_* bits, and HOLDOUT for a hole in the picture. one_sided: emits and is seen on
-        the side of the geometric normal only.
+        the side of the geometric normal only. object_index, color (RGB and alpha) and random (in [0, 1]) are what a
+        material can ask about its object.
         """
-        return super().add_instance(mesh, world_from_mesh, materials, visibility, object_index, int(one_sided))
+        about = (object_index, int(one_sided), tuple(color), random)
+        return super().add_instance(mesh, world_from_mesh, materials, visibility, *about)
 
     def update_instance(self, instance: int, world_from_mesh: np.ndarray) -> None:
         """Move an instance; (4, 4) float64 as in add_instance."""

@@ -29,7 +29,7 @@ typedef struct instance {
   int *materials;
   size_t material_count;
   uint32_t visibility;
-  float object_index;
+  float object_index, color[4], random;
   uint32_t one_sided;
   /* Where Embree, in float32, sees a point x of this instance is off by at most float_error_offset +
    * float_error_scale * max|x_i - origin_i| world units: rounding of the point, of the matrix and of its inverse. */

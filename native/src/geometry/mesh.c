@@ -189,7 +189,9 @@ bent_status bent_scene_add_instance(bent_scene *scene, const bent_instance *data
                 .material_count = data->materials ? data->material_count : 0,
                 .visibility = data->visibility,
                 .object_index = data->object_index,
+                .random = data->random,
                 .one_sided = data->one_sided};
+  memcpy(i.color, data->color, sizeof i.color);
   const bent_status status = set_transform(&i, data->world_from_mesh, error);
   if (status) return status;
   int ok = 1;

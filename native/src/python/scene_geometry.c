@@ -97,8 +97,9 @@ static PyObject *add_instance(PyObject *self, PyObject *args)
   PyObject *matrix, *materials;
   bent_instance instance = {0};
   unsigned visibility, one_sided;
-  if (!PyArg_ParseTuple(args, "iOOIfI:add_instance", &instance.mesh, &matrix, &materials, &visibility,
-                        &instance.object_index, &one_sided) ||
+  float *c = instance.color;
+  if (!PyArg_ParseTuple(args, "iOOIfI(ffff)f:add_instance", &instance.mesh, &matrix, &materials, &visibility,
+                        &instance.object_index, &one_sided, &c[0], &c[1], &c[2], &c[3], &instance.random) ||
       get_matrix(matrix, "world_from_mesh", instance.world_from_mesh) < 0)
     return NULL;
   instance.visibility = visibility, instance.one_sided = one_sided;

@@ -8,16 +8,19 @@
 #include "scene/shading.h"
 
 /* The order of the numbers of a shade_point row; python/bentlight_native/shading.py writes them by the same names. */
-enum { POINT_NUMBERS = 23 };
+enum { POINT_NUMBERS = 30 };
 static const char *const point_fields[] = {"position", "generated", "wo", "geometric_normal", "normal", "tangent",
-                                           "tangent_sign", "uv", "object_index", "backfacing", NULL};
+                                           "tangent_sign", "uv", "object_index", "backfacing", "barycentric",
+                                           "object_color", "object_random", NULL};
 
 static shade_point point_from(const double *n)
 {
   return (shade_point){.position = v3_from(n), .generated = v3_from(n + 3), .wo = v3_from(n + 6),
                        .geometric_normal = v3_from(n + 9), .normal = v3_from(n + 12), .tangent = v3_from(n + 15),
                        .tangent_sign = n[18], .uv = {n[19], n[20]}, .object_index = (float)n[21],
-                       .backfacing = n[22] != 0};
+                       .backfacing = n[22] != 0, .barycentric = {n[23], n[24]},
+                       .object_color = {(float)n[25], (float)n[26], (float)n[27], (float)n[28]},
+                       .object_random = (float)n[29]};
 }
 
 /* Float or byte pixels of shape (height, width, 4). */
@@ -306,8 +309,8 @@ PyMethodDef scene_shading_methods[] = {
     {"_update_material", update_material, METH_VARARGS, "(index, code, constants, table)"},
     {"_set_world", set_world, METH_VARARGS, "(code=None, constants=None, table=None)"},
     {"_shade", shade, METH_VARARGS,
-     "(material, points (n, 23), world_from_object and its inverse (2, 4, 4), results (n, 6): emission, albedo)"},
+     "(material, points (n, 30), world_from_object and its inverse (2, 4, 4), results (n, 6): emission, albedo)"},
     {"_sky", sky, METH_VARARGS, "(directions (n, 3), radiance (n, 3))"},
-    {"_draw_bsdf", draw_bsdf, METH_VARARGS, "(material, point (23,), u (n, 3), samples (n, 8): wi, weight, pdf, lobe)"},
-    {"_evaluate_bsdf", evaluate_bsdf, METH_VARARGS, "(material, point (23,), wi (n, 3), values (n, 4): value, pdf)"},
+    {"_draw_bsdf", draw_bsdf, METH_VARARGS, "(material, point (30,), u (n, 3), samples (n, 8): wi, weight, pdf, lobe)"},
+    {"_evaluate_bsdf", evaluate_bsdf, METH_VARARGS, "(material, point (30,), wi (n, 3), values (n, 4): value, pdf)"},
     {0}};

@@ -87,7 +87,9 @@ void surface_at(const bent_scene *scene, const bent_hit *hit, surface *out)
   const local_frame frame = frame_at(g, position);
 
   shade_point p = {.position = position, .wo = v3_scale(v3_from(hit->direction), -1),
-                   .object_index = inst->object_index, .tangent_sign = 1,
+                   .object_index = inst->object_index, .object_random = inst->random, .tangent_sign = 1,
+                   .object_color = {inst->color[0], inst->color[1], inst->color[2], inst->color[3]},
+                   .barycentric = {hit->barycentric[0], hit->barycentric[1]},
                    .world_from_object = &inst->world_from_mesh, .object_from_world = &inst->mesh_from_world};
   vec3 own = local_covector(&frame, mat4_transposed_vector(&inst->mesh_from_world, v3_cross(edge1, edge2)));
   if (!(v3_dot(own, own) > 0.5)) own = p.wo; /* a triangle without area is seen face on */

@@ -54,7 +54,9 @@ void program_run(const program *program, program_context *context);
 #define MAP_INTERPOLATIONS(X) X(LINEAR) X(STEPPED) X(SMOOTHSTEP) X(SMOOTHERSTEP)
 #define CLAMP_TYPES(X) X(MINMAX) X(RANGE)
 #define COLOR_MODELS(X) X(HSV) X(HSL)
-#define COORDINATES(X) X(UV) X(GENERATED) X(OBJECT) X(NORMAL) X(REFLECTION) X(POSITION) X(SHADING_NORMAL) X(OBJECT_INDEX)
+#define COORDINATES(X) X(UV) X(GENERATED) X(OBJECT) X(NORMAL) X(REFLECTION) X(POSITION) X(SHADING_NORMAL)  \
+  X(TRUE_NORMAL) X(TANGENT) X(INCOMING) X(PARAMETRIC) X(BACKFACING) X(OBJECT_LOCATION) X(OBJECT_COLOR) X(OBJECT_ALPHA) \
+  X(OBJECT_INDEX) X(OBJECT_RANDOM)
 #define MAPPING_TYPES(X) X(POINT) X(TEXTURE) X(VECTOR) X(NORMAL)
 #define EXTENSIONS(X) X(REPEAT) X(EXTEND) X(CLIP) X(MIRROR)
 #define INTERPOLATIONS(X) X(Linear) X(Closest) X(Cubic) X(Smart)
@@ -100,6 +102,8 @@ void program_run(const program *program, program_context *context);
   OP(transform, 1, 5, PURE, NONE)    /* vector; three columns, translation */                                          \
   OP(mapping, 1, 4, PURE, NAMES(MAPPING_TYPES)) /* vector, location, rotation, scale */                                \
   OP(normal_map, 1, 2, PER_POINT, NAMES(NORMAL_SPACES)) /* strength, color */                                          \
+  OP(fresnel, 1, 2, PER_POINT, NONE) /* ior, normal */                                                                 \
+  OP(layer_weight, 2, 2, PER_POINT, NONE) /* blend, normal -> fresnel, facing */                                       \
   OP(checker, 2, 4, PURE, NONE)      /* vector, color 1, color 2, scale -> color, factor */                            \
   /* vector, w, scale, detail, roughness, lacunarity, offset, gain, distortion -> value, color; normalize, color wanted */ \
   OP(noise, 2, 9, PURE, NAMES(DIMENSIONS), NAMES(FRACTAL_TYPES), NAMES(SWITCH), NAMES(SWITCH))                         \

@@ -30,6 +30,17 @@ static int is_mirrored(const mat4 *m)
   return v3_dot(v3_cross(v3_from(a[0]), v3_from(a[1])), v3_from(a[2])) < 0;
 }
 
+static vec3 object_location(const shade_point *p)
+{
+  return p->world_from_object ? mat4_point(p->world_from_object, v3(0, 0, 0)) : v3(0, 0, 0);
+}
+/* Along the surface, around the z axis of the object. */
+static vec3 radial_tangent(const shade_point *p)
+{
+  const vec3 around = world_from_object_normal(p, v3(0.5 - p->generated.y, p->generated.x - 0.5, 0));
+  return v3_cross(p->normal, v3_normalize(v3_cross(around, p->normal)));
+}
+
 OPERATION(coordinate)
 {
   UNUSED;
@@ -42,8 +53,33 @@ OPERATION(coordinate)
     case COORDINATE_REFLECTION: *out = reflect(p->wo, p->normal); break;
     case COORDINATE_POSITION: *out = p->position; break;
     case COORDINATE_SHADING_NORMAL: *out = p->normal; break;
+    case COORDINATE_TRUE_NORMAL: *out = p->geometric_normal; break;
+    case COORDINATE_TANGENT: *out = radial_tangent(p); break;
+    case COORDINATE_INCOMING: *out = p->wo; break;
+    case COORDINATE_PARAMETRIC: *out = v3(p->barycentric[0], p->barycentric[1], 0); break;
+    case COORDINATE_BACKFACING: *out = v3_splat(p->backfacing); break;
+    case COORDINATE_OBJECT_LOCATION: *out = object_location(p); break;
+    case COORDINATE_OBJECT_COLOR: *out = v3(p->object_color[0], p->object_color[1], p->object_color[2]); break;
+    case COORDINATE_OBJECT_ALPHA: *out = v3_splat(p->object_color[3]); break;
     case COORDINATE_OBJECT_INDEX: *out = v3_splat(p->object_index); break;
+    case COORDINATE_OBJECT_RANDOM: *out = v3_splat(p->object_random); break;
   }
+}
+
+OPERATION(fresnel)
+{
+  UNUSED;
+  const double ior = fmax(in[0]->x, 1e-5), cosine = fabs(v3_dot(context->point->wo, *in[1]));
+  *out = v3_splat(fresnel_dielectric(cosine, context->point->backfacing ? 1 / ior : ior, NULL));
+}
+
+OPERATION(layer_weight)
+{
+  UNUSED;
+  const double blend = in[0]->x, cosine = fabs(v3_dot(context->point->wo, *in[1])), inverse = fmax(1 - blend, 1e-5);
+  out[0] = v3_splat(fresnel_dielectric(cosine, context->point->backfacing ? inverse : 1 / inverse, NULL));
+  const double b = fmin(fmax(blend, 0), 1 - 1e-5);
+  out[1] = v3_splat(1 - (b == 0.5 ? cosine : pow(cosine, b < 0.5 ? 2 * b : 0.5 / (1 - b))));
 }
 
 OPERATION(transform)

@@ -25,7 +25,10 @@ typedef struct shade_point {
   vec3 tangent;          /* dP/du, made orthogonal to normal; zero if there is no UV map */
   double tangent_sign;   /* +1 or -1: bitangent = sign * cross(normal, tangent), normal as on the triangle's own side */
   double uv[2];
+  double barycentric[2];  /* weights of the second and third corner of the triangle */
   float object_index;
+  float object_color[4];  /* RGB and alpha */
+  float object_random;    /* in [0, 1], of the instance */
   int backfacing;        /* wo is behind the triangle's own normal */
   const mat4 *world_from_object, *object_from_world; /* of the instance; NULL: identity */
 } shade_point;
