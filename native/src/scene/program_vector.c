@@ -56,7 +56,9 @@ OPERATION(coordinate)
     case COORDINATE_TRUE_NORMAL: *out = p->geometric_normal; break;
     case COORDINATE_TANGENT: *out = radial_tangent(p); break;
     case COORDINATE_INCOMING: *out = p->wo; break;
-    case COORDINATE_PARAMETRIC: *out = v3(p->barycentric[0], p->barycentric[1], 0); break;
+    case COORDINATE_PARAMETRIC: /* the weights of the first two corners */
+      *out = v3(1 - p->barycentric[0] - p->barycentric[1], p->barycentric[0], 0);
+      break;
     case COORDINATE_BACKFACING: *out = v3_splat(p->backfacing); break;
     case COORDINATE_OBJECT_LOCATION: *out = object_location(p); break;
     case COORDINATE_OBJECT_COLOR: *out = v3(p->object_color[0], p->object_color[1], p->object_color[2]); break;
