@@ -185,6 +185,29 @@ def test_a_holdout_is_a_hole_for_the_camera_alone(tmp_path):
     assert picture[20:28, 44:50, :3].mean() > 0.05
 
 
+@pytest.mark.parametrize("part", [1.0, 0.25])
+def test_a_holdout_shader_is_a_hole_as_in_cycles(tmp_path, part):
+    """Alone, and mixed with a lamp; behind it is another lamp, which a hole hides too."""
+    scene = bpy.context.scene
+    stage.add_camera((0, 0, 6))
+    stage.set_world(GREEN)
+    stage.add_square(2.0, (0.7, 0, -1), stage.emission((0, 0, 2)))
+    material = stage.emission(RED)
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    mix, output = nodes.new("ShaderNodeMixShader"), next(n for n in nodes if n.bl_idname == "ShaderNodeOutputMaterial")
+    mix.inputs[0].default_value = part
+    links.new(next(n for n in nodes if n.bl_idname == "ShaderNodeEmission").outputs[0], mix.inputs[1])
+    links.new(nodes.new("ShaderNodeHoldout").outputs[0], mix.inputs[2])
+    links.new(mix.outputs[0], output.inputs["Surface"])
+    stage.add_square(1.0, (0, 0, 0), material)
+    scene.cycles.samples, scene.cycles.use_denoising = 4, False
+    for scene.render.film_transparent in (False, True):
+        pictures = []
+        for scene.render.engine in ("CYCLES", "BENTLIGHT"):
+            pictures.append(stage.render(tmp_path)["Combined"][[24, 24, 5], [32, 52, 5]])
+        np.testing.assert_allclose(pictures[1], pictures[0], rtol=1e-5, atol=1e-6)
+
+
 def test_a_layer_may_leave_out_sky_and_surfaces_and_override_the_material(tmp_path):
     scene = simple_scene()
     layer = scene.view_layers[0]

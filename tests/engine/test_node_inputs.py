@@ -44,7 +44,7 @@ def object_row(material: bpy.types.Material, y: int) -> None:
 
 def test_materials_know_their_object_and_triangle_as_in_cycles(tmp_path):
     outputs = ("Location", "Color", "Alpha", "Object Index", "Material Index", "Random")
-    rows = [("ObjectInfo", output) for output in outputs] + [("NewGeometry", "Parametric"), ("NewGeometry", "Tangent")]
+    rows = [("ObjectInfo", output) for output in outputs] + [("NewGeometry", "Parametric")]
     for y, row in enumerate(rows):
         object_row(asking_material(*row), y)
     height = len(rows)

@@ -12,6 +12,8 @@ from bsdf_tools import (
     glossy,
     material,
     principled,
+    refraction,
+    translucent,
     transparent,
 )
 from microfacet_oracle import fresnel
@@ -28,6 +30,9 @@ ROUGH = {
     "glossy_single": (glossy(0.9, 0.4, distribution="GGX"),),
     "glass": (glass((0.9, 1.0, 0.8), 0.5, 1.5),),
     "glass_single": (glass(1.0, 0.7, 1.33, distribution="GGX"),),
+    "refraction": (refraction((0.9, 1.0, 0.8), 0.5, 1.4),),
+    "refraction_thin": (refraction(1.0, 0.6, 0.7),),
+    "translucent": (translucent((0.9, 0.5, 0.1)),),
     "plastic": (principled(roughness=0.5, base_color=(0.8, 0.3, 0.1)),),
     "metal": (principled(metallic=1.0, roughness=0.6, base_color=(1.0, 0.7, 0.3), specular_tint=(0.5, 0.8, 1.0)),),
     "everything": (principled(metallic=0.3, transmission=0.4, diffuse_roughness=0.6, specular_level=0.9),),
@@ -103,6 +108,8 @@ def test_single_scattering_gains_no_energy(roughness, mu):
     for closure in (
         glossy(roughness=roughness, distribution="GGX"),
         glass(roughness=roughness, distribution="GGX"),
+        refraction(roughness=roughness),
+        translucent(),
         principled("GGX", base_color=1.0, metallic=1.0, roughness=roughness),
         principled("GGX", base_color=1.0, transmission=1.0, roughness=roughness),
     ):

@@ -27,6 +27,15 @@ def glass(tree, roughness, distribution="GGX"):
     return new(tree, "BsdfGlass", inputs, distribution=distribution)
 
 
+def refraction(tree, roughness, ior=1.45):
+    inputs = {"Color": (0.9, 0.6, 1, 1), "Roughness": roughness, "IOR": ior}
+    return new(tree, "BsdfRefraction", inputs, distribution="GGX")
+
+
+def translucent(tree):
+    return new(tree, "BsdfTranslucent", {"Color": (0.8, 0.5, 0.9, 1)})
+
+
 def principled(tree, distribution="MULTI_GGX", **inputs):
     inputs = {"Base Color": (0.8, 0.4, 0.1, 1), "Roughness": 0.4} | inputs
     return new(tree, "BsdfPrincipled", inputs, distribution=distribution)
@@ -50,6 +59,10 @@ CASES = {
     "glass_smooth": (lambda t: glass(t, 0), 0),
     "glass_rough": (lambda t: glass(t, 0.4), 0),
     "glass_multiple": (lambda t: glass(t, 0.4, "MULTI_GGX"), TABLE_ERROR["glass"]),
+    "refraction_smooth": (lambda t: refraction(t, 0), 0),
+    "refraction_rough": (lambda t: refraction(t, 0.4), 0),
+    "refraction_thin": (lambda t: refraction(t, 0.6, 0.8), 0),
+    "translucent": (translucent, 0),
     "plastic": (principled, TABLE_ERROR["MULTI_GGX"]),
     "plastic_single": (lambda t: principled(t, "GGX"), TABLE_ERROR["MULTI_GGX"]),
     "smooth_plastic": (lambda t: principled(t, Roughness=0.0, IOR=1.8), TABLE_ERROR["MULTI_GGX"]),
@@ -87,6 +100,7 @@ LEANING = {
     "plastic": (lambda t: principled(t, "GGX"), TABLE_ERROR["MULTI_GGX"]),
     "coat": (lambda t: principled(t, "GGX", **{"Base Color": (0, 0, 0, 1)}), LEANING_COAT),
     "metal": (lambda t: principled(t, "GGX", Metallic=1.0), LEANING_METAL),
+    "translucent": (translucent, 0),
 }
 # Below a coat that reflects, a diffuse lobe whose normal points into the surface scatters nothing. Cycles still draws
 # from it, without its density in the weights of what the coat draws, and so counts the coat's light up to 1.6 times:

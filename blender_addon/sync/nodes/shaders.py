@@ -58,6 +58,22 @@ def _glass(node: NodeView, weight: int) -> None:
     node.emit("glass", weight, *operands, immediates=(_distribution(node),))
 
 
+@shader_node("ShaderNodeBsdfRefraction")
+def _refraction(node: NodeView, weight: int) -> None:
+    _distribution(node)
+    node.emit("refraction", weight, *map(node.input, ("Color", "Roughness", "IOR")), node.normal())
+
+
+@shader_node("ShaderNodeBsdfTranslucent")
+def _translucent(node: NodeView, weight: int) -> None:
+    node.emit("translucent", weight, node.input("Color"), node.normal())
+
+
+@shader_node("ShaderNodeHoldout")
+def _holdout(node: NodeView, weight: int) -> None:
+    node.emit("holdout", weight)
+
+
 @shader_node("ShaderNodeBsdfTransparent")
 def _transparent(node: NodeView, weight: int) -> None:
     node.emit("transparent", weight, node.input("Color"))

@@ -51,12 +51,18 @@ static lobe_value evaluate_diffuse(const closure *c, vec3 wo, vec3 wi)
   return out;
 }
 
+static lobe_value evaluate_translucent(const closure *c, vec3 wi)
+{
+  const double value = max2(-v3_dot(c->normal, wi), 0) / MICROFACET_PI;
+  return (lobe_value){v3_splat(value), value};
+}
+
 /* wo and wi in the frame of the normal. Walter et al. (2007), equations 20, 21 and 41. */
 static lobe_value evaluate_microfacet(const closure *c, vec3 wo, vec3 wi)
 {
   lobe_value out = {{0, 0, 0}, 0};
   const int through = wi.z < 0;
-  if (wo.z <= 0 || wi.z == 0 || (through && c->kind != CLOSURE_GLASS)) return out;
+  if (wo.z <= 0 || wi.z == 0 || (through && c->kind == CLOSURE_REFLECTION)) return out;
   vec3 h = through ? v3_mad(wi, c->ior, wo) : v3_add(wo, wi);
   const double length = v3_length(h);
   if (length < 1e-12) return out;
@@ -83,6 +89,8 @@ static lobe_value evaluate_lobe(const closure *c, const shade_point *point, vec3
   lobe_value out;
   if (c->kind == CLOSURE_DIFFUSE) {
     out = evaluate_diffuse(c, point->wo, wi);
+  } else if (c->kind == CLOSURE_TRANSLUCENT) {
+    out = evaluate_translucent(c, wi);
   } else {
     const frame f = frame_around(c->normal);
     out = evaluate_microfacet(c, into_frame(&f, point->wo), into_frame(&f, wi));
@@ -137,10 +145,11 @@ static int draw_delta(const closure *c, const shade_point *point, double u, bsdf
 static int draw_rough(const closure *c, const shade_point *point, double u0, double u1, double u2, bsdf_sample *out)
 {
   const frame f = frame_around(c->normal);
-  if (c->kind == CLOSURE_DIFFUSE) {
-    const double r = sqrt(u0), phi = 2 * MICROFACET_PI * u1;
-    out->wi = out_of_frame(&f, v3(r * cos(phi), r * sin(phi), sqrt(max2(1 - u0, 0))));
-    out->lobe = LOBE_DIFFUSE;
+  if (c->kind == CLOSURE_DIFFUSE || c->kind == CLOSURE_TRANSLUCENT) {
+    const int through = c->kind == CLOSURE_TRANSLUCENT;
+    const double r = sqrt(u0), phi = 2 * MICROFACET_PI * u1, z = sqrt(max2(1 - u0, 0));
+    out->wi = out_of_frame(&f, v3(r * cos(phi), r * sin(phi), through ? -z : z));
+    out->lobe = through ? LOBE_TRANSMISSION : LOBE_DIFFUSE;
     return 1;
   }
   const vec3 wo = into_frame(&f, point->wo);

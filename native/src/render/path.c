@@ -134,7 +134,7 @@ static void gather_sky(const tracer *t, path *p, const bent_ray *ray, const bent
   if (p->bounces == 0) {
     record_add(record, CHANNEL_ENVIRONMENT, contribution);
     if (t->settings->film_transparent) {
-      p->alpha = 1 - v3_average(p->beta);
+      p->alpha -= v3_average(p->beta);
       return;
     }
   }
@@ -202,11 +202,11 @@ static int scatter(const tracer *t, path *p, bent_ray *ray, const bent_hit *hit,
   return 1;
 }
 
-/* Whether the camera meets a holdout here: black, and with a transparent film see-through (as Cycles). */
+/* Whether the camera meets a holdout here: black and see-through, whatever the film (as Cycles). */
 static int is_holdout(const tracer *t, path *p, const bent_hit *hit)
 {
   if (p->bounces || !(t->scene->geometry->instances[hit->instance].visibility & BENT_HOLDOUT)) return 0;
-  if (t->settings->film_transparent) p->alpha = 1 - v3_average(p->beta);
+  p->alpha -= v3_average(p->beta);
   return 1;
 }
 
@@ -235,6 +235,7 @@ static int shade(const tracer *t, path *p, closure *closures, bent_ray *ray, con
     closure_set set = {.closures = closures};
     shading_evaluate(t->scene->shading, surface.material, &surface.point, &set);
     gather_emission(t, p, set.emission, record);
+    if (p->bounces == 0) p->alpha -= v3_average(v3_mul(p->beta, set.holdout));
     if (p->bounces == 0) describe_surface(t, p, hit->length, record, &surface.point, &set);
     describe_features(t, p, record, &surface.point, &set);
     /* Geodesic light sampling belongs here: the rays that join this point to a light, each with its geometric factor and

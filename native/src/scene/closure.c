@@ -178,6 +178,28 @@ void closure_add_glass(closure_set *set, const shade_point *point, vec3 weight, 
   finish_glass(set, c, point, saturate(roughness), v3_saturate(color), multiscatter);
 }
 
+void closure_add_refraction(closure_set *set, const shade_point *point, vec3 weight, vec3 color, double roughness,
+                            double ior, vec3 normal)
+{
+  closure *c = next_microfacet(set, CLOSURE_REFRACTION, point, v3_positive(v3_mul(weight, v3_positive(color))), roughness,
+                               normal);
+  if (!c) return;
+  c->ior = ior_beyond(point, ior);
+  vec3 reflected, transmitted;
+  double cos_t;
+  fresnel_colors(c, saturate(v3_dot(c->normal, point->wo)), &reflected, &transmitted, &cos_t);
+  /* Microfacets may let light through where the surface as a whole would reflect it all. */
+  finish_closure(set, c, closure_is_delta(c) ? transmitted : v3_splat(1));
+}
+
+void closure_add_translucent(closure_set *set, const shade_point *point, vec3 weight, vec3 color, vec3 normal)
+{
+  closure *c = next_closure(set, CLOSURE_TRANSLUCENT, v3_positive(v3_mul(weight, v3_positive(color))));
+  if (!c) return;
+  c->normal = valid_normal(point, normal);
+  finish_closure(set, c, v3_splat(1));
+}
+
 void closure_add_transparent(closure_set *set, vec3 weight)
 {
   closure *c = next_closure(set, CLOSURE_TRANSPARENT, v3_positive(weight));

@@ -13,6 +13,8 @@ typedef enum closure_kind {
   CLOSURE_DIFFUSE,    /* Lambert; with roughness, energy-preserving Oren-Nayar */
   CLOSURE_REFLECTION, /* GGX reflection; alpha 0: mirror */
   CLOSURE_GLASS,      /* dielectric GGX reflection and refraction; alpha 0: smooth */
+  CLOSURE_REFRACTION, /* glass without its reflection and its Fresnel loss */
+  CLOSURE_TRANSLUCENT, /* Lambert on the other side */
   CLOSURE_TRANSPARENT /* passes straight on */
 } closure_kind;
 
@@ -43,6 +45,7 @@ typedef struct closure_set {
   int delta_count;   /* how many of them are delta lobes */
   closure *closures; /* the caller's, with room for all that the program may add (program.lobe_count) */
   vec3 emission;     /* radiance leaving towards wo */
+  vec3 holdout;      /* the part of the surface that is a hole in the picture */
 } closure_set;
 
 /* Each adds at most one lobe with `weight` (colors >= 0, not finite counts as 0). `normal` may be any vector: a zero or
@@ -53,6 +56,9 @@ void closure_add_glossy(closure_set *set, const struct shade_point *point, vec3 
                         vec3 normal, int multiscatter);
 void closure_add_glass(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color, double roughness,
                        double ior, vec3 normal, int multiscatter);
+void closure_add_refraction(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color, double roughness,
+                            double ior, vec3 normal);
+void closure_add_translucent(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color, vec3 normal);
 void closure_add_transparent(closure_set *set, vec3 weight);
 
 typedef struct principled {
@@ -75,6 +81,7 @@ void closure_set_finish(closure_set *set);
 #define CLOSURE_ALPHA_MIN 1.4142135623730951e-5
 static inline int closure_is_delta(const closure *c)
 {
-  return c->kind == CLOSURE_TRANSPARENT || (c->kind != CLOSURE_DIFFUSE && c->alpha <= CLOSURE_ALPHA_MIN);
+  const int is_diffuse = c->kind == CLOSURE_DIFFUSE || c->kind == CLOSURE_TRANSLUCENT;
+  return c->kind == CLOSURE_TRANSPARENT || (!is_diffuse && c->alpha <= CLOSURE_ALPHA_MIN);
 }
 #endif

@@ -63,7 +63,10 @@ static inline void fresnel_colors(const closure *c, double cos_i, vec3 *reflecte
 {
   *transmitted = v3(0, 0, 0);
   *cos_t = 0;
-  if (c->fresnel == FRESNEL_NONE) {
+  if (c->kind == CLOSURE_REFRACTION) {
+    *reflected = v3(0, 0, 0);
+    *transmitted = v3_splat(fresnel_dielectric(cos_i, c->ior, cos_t) < 1);
+  } else if (c->fresnel == FRESNEL_NONE) {
     *reflected = v3_splat(1);
   } else if (c->fresnel == FRESNEL_CONDUCTOR) {
     *reflected = fresnel_conductor(cos_i, c->f0, c->edge);

@@ -129,6 +129,9 @@ void program_run(const program *program, program_context *context);
   OP(diffuse, 0, 4, SCATTERS, NONE)  /* weight, color, roughness, normal */                                            \
   OP(glossy, 0, 4, SCATTERS, NAMES(DISTRIBUTIONS)) /* weight, color, roughness, normal */                              \
   OP(glass, 0, 5, SCATTERS, NAMES(DISTRIBUTIONS)) /* weight, color, roughness, ior, normal */                          \
+  OP(refraction, 0, 5, SCATTERS, NONE) /* weight, color, roughness, ior, normal */                                     \
+  OP(translucent, 0, 3, SCATTERS, NONE) /* weight, color, normal */                                                    \
+  OP(holdout, 0, 1, PER_POINT, NONE) /* weight */                                                                      \
   /* weight, base color, metallic, roughness, diffuse roughness, ior, specular level, specular tint, transmission,    \
    * alpha, normal, emission color, emission strength */                                                               \
   OP(principled, 0, 13, PRINCIPLED, NAMES(DISTRIBUTIONS))

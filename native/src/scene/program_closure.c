@@ -40,6 +40,25 @@ OPERATION(glass)
     closure_add_glass(context->set, context->point, *in[0], *in[1], in[2]->x, in[3]->x, *in[4], immediates[0]);
 }
 
+OPERATION(refraction)
+{
+  UNUSED;
+  if (!context->emission_only)
+    closure_add_refraction(context->set, context->point, *in[0], *in[1], in[2]->x, in[3]->x, *in[4]);
+}
+
+OPERATION(translucent)
+{
+  UNUSED;
+  if (!context->emission_only) closure_add_translucent(context->set, context->point, *in[0], *in[1], *in[2]);
+}
+
+OPERATION(holdout)
+{
+  UNUSED;
+  context->set->holdout = v3_saturate(v3_add(context->set->holdout, *in[0]));
+}
+
 OPERATION(principled)
 {
   UNUSED;

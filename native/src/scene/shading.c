@@ -102,7 +102,7 @@ static void run(const shading *shading, const program *program, const shade_poin
 {
   program_context context = {.point = point, .images = shading->images, .set = out, .emission_only = emission_only};
   out->count = out->delta_count = 0;
-  out->emission = v3(0, 0, 0);
+  out->emission = out->holdout = v3(0, 0, 0);
   program_run(program, &context);
 }
 
@@ -113,7 +113,7 @@ void shading_evaluate(const shading *shading, int material, const shade_point *p
     run(shading, program, point, out, 0);
   } else { /* Blender's look of an object without a material */
     out->count = out->delta_count = 0;
-    out->emission = v3(0, 0, 0);
+    out->emission = out->holdout = v3(0, 0, 0);
     closure_add_diffuse(out, point, v3_splat(1), v3_splat(0.8), 0, point->normal);
   }
   closure_set_finish(out);
