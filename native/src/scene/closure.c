@@ -196,7 +196,7 @@ void closure_add_translucent(closure_set *set, const shade_point *point, vec3 we
 {
   closure *c = next_closure(set, CLOSURE_TRANSLUCENT, v3_positive(v3_mul(weight, v3_positive(color))));
   if (!c) return;
-  c->normal = valid_normal(point, normal);
+  c->normal = raise_reflection(point, valid_normal(point, normal)); /* as Cycles, though nothing is reflected */
   finish_closure(set, c, v3_splat(1));
 }
 
