@@ -36,7 +36,7 @@ static vec3 raise_reflection(const shade_point *point, vec3 normal)
   const double length = v3_length(sideways);
   if (length < 1e-12) return ng;
   const vec3 x = v3_scale(sideways, 1 / length);
-  const double along = v3_dot(x, wo), r = hypot(along, up);
+  const double along = v3_dot(x, wo), r = v2_length(along, up);
   const double phi = r > 0 ? (atan2(along, up) + acos(min2(max2(lowest / r, -1), 1))) / 2 : 0;
   return v3_mad(x, sin(phi), v3_scale(ng, cos(phi)));
 }
