@@ -62,15 +62,22 @@ def image_texture() -> bpy.types.Material:
     )
 
 
+def add_squares(material: bpy.types.Material, color: tuple, scale: float) -> bpy.types.Node:
+    """A checker on UVs, black and `color`, for other nodes to use."""
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    squares, coordinates = nodes.new("ShaderNodeTexChecker"), nodes.new("ShaderNodeTexCoord")
+    squares.inputs["Color1"].default_value, squares.inputs["Color2"].default_value = (0, 0, 0, 1), color
+    squares.inputs["Scale"].default_value = scale
+    links.new(coordinates.outputs["UV"], squares.inputs["Vector"])
+    return squares
+
+
 def transparent_mix() -> bpy.types.Material:
     """A checker decides between a diffuse surface and none."""
     material = materials.diffuse("Lattice", (0.8, 0.6, 0.1))
     nodes, links = material.node_tree.nodes, material.node_tree.links
-    mix, hole, squares = (nodes.new(f"ShaderNode{kind}") for kind in ("MixShader", "BsdfTransparent", "TexChecker"))
-    coordinates, output = nodes.new("ShaderNodeTexCoord"), nodes["Material Output"]
-    squares.inputs["Color1"].default_value, squares.inputs["Color2"].default_value = (0, 0, 0, 1), (1, 1, 1, 1)
-    squares.inputs["Scale"].default_value = 12.0
-    links.new(coordinates.outputs["UV"], squares.inputs["Vector"])
+    mix, hole = (nodes.new(f"ShaderNode{kind}") for kind in ("MixShader", "BsdfTransparent"))
+    squares, output = add_squares(material, (1, 1, 1, 1), 12.0), nodes["Material Output"]
     links.new(squares.outputs["Color"], mix.inputs[0])
     links.new(nodes["Diffuse BSDF"].outputs[0], mix.inputs[1])
     links.new(hole.outputs[0], mix.inputs[2])
@@ -96,11 +103,8 @@ def add_shader() -> bpy.types.Material:
     """Add Shader: a matte surface that shines a little, more where a checker is white."""
     material = materials.diffuse("Embers", (0.15, 0.1, 0.3))
     nodes, links = material.node_tree.nodes, material.node_tree.links
-    total, light, squares = (nodes.new(f"ShaderNode{kind}") for kind in ("AddShader", "Emission", "TexChecker"))
-    coordinates, output = nodes.new("ShaderNodeTexCoord"), nodes["Material Output"]
-    squares.inputs["Color1"].default_value, squares.inputs["Color2"].default_value = (0, 0, 0, 1), (1, 0.35, 0.1, 1)
-    squares.inputs["Scale"].default_value = 16.0
-    links.new(coordinates.outputs["UV"], squares.inputs["Vector"])
+    total, light = (nodes.new(f"ShaderNode{kind}") for kind in ("AddShader", "Emission"))
+    squares, output = add_squares(material, (1, 0.35, 0.1, 1), 16.0), nodes["Material Output"]
     links.new(squares.outputs["Color"], light.inputs["Color"])
     links.new(nodes["Diffuse BSDF"].outputs[0], total.inputs[0])
     links.new(light.outputs[0], total.inputs[1])
