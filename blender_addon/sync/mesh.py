@@ -6,12 +6,16 @@ it instances.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import bpy
 import numpy as np
 
 from .scene_data import MeshData
 
 _FARTHEST = 1e18  # Embree is blind to what lies farther out
+_THINNEST = 5e-7  # height over length of a triangle: less may be rounding of float32
+_CHUNK = 4096  # triangles looked at in one go
 
 
 def read_mesh(obj: bpy.types.Object) -> tuple[MeshData, list[bpy.types.Material | None]] | None:
@@ -33,6 +37,29 @@ def drop_broken_triangles(data: MeshData) -> int:
         if values is not None:
             setattr(data, name, np.ascontiguousarray(values[keep]))
     return int((~keep).sum())
+
+
+def has_area(data: MeshData, world_from_mesh: np.ndarray | None = None) -> bool:
+    """Whether any triangle has an area to see, as it is or under a (4, 4) matrix."""
+    vertices = data.vertices if world_from_mesh is None else data.vertices @ world_from_mesh[:3, :3].T
+    for first in range(0, len(data.triangles), _CHUNK):
+        corners = vertices[data.triangles[first : first + _CHUNK]].astype(np.float64)
+        one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        lengths = np.linalg.norm(one, axis=1) * np.linalg.norm(other, axis=1)
+        if (np.linalg.norm(np.cross(one, other), axis=1) > _THINNEST * lengths).any():
+            return True
+    return False
+
+
+def flattened(data: MeshData, world_from_mesh: np.ndarray) -> tuple[MeshData, np.ndarray]:
+    """A mesh under a matrix that has no inverse, and one that has: its axes are applied to the vertices.
+
+    Normals have no meaning then, so that faces are shaded flat.
+    """
+    translation = np.eye(4)
+    translation[:3, 3] = world_from_mesh[:3, 3]
+    vertices = np.ascontiguousarray(data.vertices @ world_from_mesh[:3, :3].T, dtype=np.float32)
+    return replace(data, vertices=vertices, corner_normals=None), translation
 
 
 def _get(collection: bpy.types.bpy_prop_collection, name: str, width: int, dtype: type) -> np.ndarray:

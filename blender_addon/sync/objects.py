@@ -13,7 +13,8 @@ from .material import MaterialTable
 from .scene_data import CameraData, InstanceData, MeshData, SceneData, Visibility
 
 _WORD = 0xFFFFFFFF
-_SINGULAR = 1e-12  # of the volume of the box that the matrix's columns could span
+_SINGULAR = 5e-7  # of the volume of the box that a matrix's columns could span: less may be rounding of float32
+_ZERO_SIZE = "Object '{}' has zero size: none of its faces has an area. To hide an object, disable it in renders"
 _UNSUPPORTED_TYPES = {"CURVES": "hair", "POINTCLOUD": "point clouds", "VOLUME": "volumes"}
 _STUDIO_FLOOR = "FloorHidden"  # the material by whose name Blender's own engines know it
 
@@ -50,6 +51,8 @@ class _SceneReader:
         self._meshes: dict[int, tuple[int, list] | None] = {}
         self._materials = MaterialTable(reporter)
         self._unseen_lamps: list[str] = []
+        self._without_faces: set[str] = set()
+        self._instancers: set[str] = set()
         self._empty_slot: int | None = None
         if self._view_layer.use_sky:
             self._materials.set_world(self._view_layer_world(depsgraph.scene_eval))
@@ -57,6 +60,8 @@ class _SceneReader:
     def add(self, instance: bpy.types.DepsgraphObjectInstance) -> None:
         obj = instance.object
         matrix = np.array(instance.matrix_world, dtype=np.float64, order="C")
+        if instance.parent:
+            self._instancers.add(instance.parent.name)
         if obj.bentlight.kind != "NONE":
             self._add_spacetime(instance, matrix)
         if self._studio and _STUDIO_FLOOR in obj.material_slots:
@@ -76,6 +81,8 @@ class _SceneReader:
         if self._unseen_lamps:
             names = ", ".join(f"'{name}'" for name in self._unseen_lamps)
             self._reporter.warn(f"These lamps have no size, so no ray can find them yet; give them one: {names}")
+        for name in sorted(self._without_faces - self._instancers):
+            self._reporter.warn(f"Object '{name}' has no faces, so there is nothing to see of it")
         self._data.images = self._materials.images
         self._data.materials = self._materials.materials
         self._data.world = self._materials.world
@@ -88,7 +95,7 @@ class _SceneReader:
     def _add_spacetime(self, instance: bpy.types.DepsgraphObjectInstance, matrix: np.ndarray) -> None:
         obj = instance.object
         if instance.is_instance:
-            if instance.parent.original == obj.original:  # the mesh of a curve, which came before as itself
+            if not _is_scattered(instance):  # the mesh of a curve, which came before as itself
                 return
             if obj.bentlight.kind == "WORMHOLE":
                 self._reporter.warn(f"Wormhole '{obj.name}': instances of wormholes are not supported; left out")
@@ -100,11 +107,14 @@ class _SceneReader:
         found = self._mesh_of(obj)
         if found is None:
             return
-        axes = matrix[:3, :3]
-        if abs(np.linalg.det(axes)) <= _SINGULAR * np.prod(np.linalg.norm(axes, axis=0)):
-            self._reporter.warn(f"Object '{obj.name}' has a scale of 0 along an axis; it is not rendered")
-            return
         index, data_materials = found
+        if _is_singular(matrix):
+            data = self._data.meshes[index]
+            if not mesh.has_area(data, matrix):
+                self._refuse_size(instance)
+                return
+            data, matrix = mesh.flattened(data, matrix)
+            index = self._append_mesh(data)
         self._data.instances.append(
             InstanceData(
                 name=obj.name,
@@ -117,6 +127,12 @@ class _SceneReader:
                 random=_random_number(instance),
             )
         )
+
+    def _refuse_size(self, instance: bpy.types.DepsgraphObjectInstance) -> None:
+        """Of an object's own appearance zero size is a mistake, of one among many that are scattered it is usual."""
+        if not _is_scattered(instance):
+            raise RenderError(_ZERO_SIZE.format(instance.object.name))
+        self._reporter.warn(f"Object '{instance.object.name}': instances of zero size are left out")
 
     def _material_index(self, material: bpy.types.Material | None, uv_map: str | None) -> int:
         """Index of a material, or of what Cycles makes of an empty slot: gray, since Blender 5 a Principled BSDF."""
@@ -147,6 +163,8 @@ class _SceneReader:
     def _read_mesh(self, obj: bpy.types.Object) -> tuple[int, list] | None:
         read = mesh.read_mesh(obj)
         if read is None:
+            if obj.original.type == "MESH" and obj.bentlight.kind == "NONE":
+                self._without_faces.add(obj.name)
             return None
         data, materials = read
         broken = mesh.drop_broken_triangles(data)
@@ -154,9 +172,10 @@ class _SceneReader:
             self._reporter.warn(
                 f"Object '{obj.name}': {broken} triangles have vertices that are not finite or beyond 1e18; left out"
             )
-        if np.ptp(data.vertices, axis=0).max() == 0 or not len(data.triangles):
-            self._reporter.warn(f"Object '{obj.name}' has zero size; it is not rendered")
-            return None
+            if not len(data.triangles):
+                return None
+        if not mesh.has_area(data):
+            raise RenderError(_ZERO_SIZE.format(obj.name))
         return self._append_mesh(data), materials
 
     def _append_mesh(self, data: MeshData) -> int:
@@ -206,6 +225,17 @@ class _SceneReader:
         if obj.is_holdout or placed.holdout_get(view_layer=self._view_layer):
             bits |= Visibility.HOLDOUT
         return bits
+
+
+def _is_scattered(instance: bpy.types.DepsgraphObjectInstance) -> bool:
+    """Whether another object placed the instance; curves and the like also instance their own mesh."""
+    return instance.is_instance and instance.parent.original != instance.object.original
+
+
+def _is_singular(matrix: np.ndarray) -> bool:
+    """Whether a (4, 4) matrix flattens space."""
+    axes = matrix[:3, :3]
+    return abs(np.linalg.det(axes)) <= _SINGULAR * np.prod(np.linalg.norm(axes, axis=0))
 
 
 def _active_uv_map(obj: bpy.types.Object) -> str | None:

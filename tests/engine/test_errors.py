@@ -30,6 +30,13 @@ def add_wormhole(place=(0.0, 0.0, 0.0), exit_place=(10.0, 0.0, 0.0), throat_radi
     return bpy.context.object
 
 
+def add_cube(**settings) -> bpy.types.Object:
+    """A cube of size 2."""
+    vertices = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return stage.add_mesh("Cube", vertices, faces, **settings)
+
+
 def test_no_camera(tmp_path):
     assert "no camera" in failure(tmp_path).lower()
 
@@ -194,32 +201,131 @@ def test_overlaps(tmp_path):
     assert "does not reach out of its horizon" in failure(tmp_path)
 
 
+@pytest.mark.parametrize("scale", [(0, 0, 0), (0, 1, 0), (0, 1, 1)])
+def test_an_object_scaled_to_zero_size(scale, tmp_path):
+    stage.add_camera((0, 0, 5))
+    square = stage.add_square(1.0)
+    square.rotation_euler = (1, 2, 3)
+    square.scale = scale
+    assert "Object 'Square' has zero size" in failure(tmp_path)
+    square.hide_render = True  # which is how to hide it
+    stage.render(tmp_path)
+    square.hide_render, square.scale = False, (1, 1, 1)
+    stage.render(tmp_path)
+
+
+def test_a_parent_scaled_to_a_line(tmp_path):
+    """The child's matrix has only parallel columns, rounded to float32 each."""
+    stage.add_camera((0, 0, 5))
+    cube = add_cube()
+    cube.parent = stage.add_square(1.0, (3, 0, 0))
+    cube.rotation_euler, cube.parent.rotation_euler = (1, 2, 3), (3, 1, 2)
+    cube.parent.scale = (0, 0, 0.7)
+    cube.parent.hide_render = True
+    assert "Object 'Cube' has zero size" in failure(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "vertices",
+    [
+        [(1, 2, 3)] * 3,
+        [(0.1, 0.7, 0.3), (0.2, 1.4, 0.6), (0.37, 2.59, 1.11)],  # on a line, but for rounding
+        [(0, 0, 0), (1, 0, 0), (1, 0, 0)],
+    ],
+)
+def test_a_mesh_of_zero_size(vertices, tmp_path):
+    stage.add_camera((0, 0, 5))
+    stage.add_mesh("Thin", vertices, [(0, 1, 2)])
+    assert "Object 'Thin' has zero size" in failure(tmp_path)
+
+
+def test_a_modifier_that_leaves_zero_size(tmp_path):
+    """Geometry nodes that set every position to the origin."""
+    stage.add_camera((0, 0, 5))
+    tree = bpy.data.node_groups.new("gather", "GeometryNodeTree")
+    tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
+    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    kinds = "NodeGroupInput", "GeometryNodeSetPosition", "NodeGroupOutput", "FunctionNodeInputVector"
+    start, gather, end, origin = (tree.nodes.new(kind) for kind in kinds)
+    tree.links.new(start.outputs[0], gather.inputs["Geometry"])
+    tree.links.new(origin.outputs[0], gather.inputs["Position"])
+    tree.links.new(gather.outputs[0], end.inputs[0])
+    modifier = stage.add_square(1.0).modifiers.new("gather", "NODES")
+    modifier.node_group = tree
+    assert "Object 'Square' has zero size" in failure(tmp_path)
+    modifier.show_render = False
+    stage.render(tmp_path)
+
+
+def test_a_few_triangles_without_area_do_no_harm(capfd, tmp_path):
+    stage.add_camera((0, 0, 5))
+    stage.add_mesh("mixed", [(-9, -9, 0), (9, -9, 0), (0, 9, 0)], [(0, 1, 1)] * 5000 + [(0, 1, 2)])
+    assert warnings(capfd, tmp_path) == []
+
+
+def test_what_is_flattened_to_a_plane_is_seen(tmp_path):
+    """A cube of scale 0 along z is a square."""
+    stage.add_camera((0, 0, 5))
+    cube = add_cube(material=stage.emission((0.25, 0.5, 1.0)))
+    cube.scale = (3, 3, 0)
+    cube.location.z = 1
+    bpy.context.view_layer.use_pass_z = True
+    passes = stage.render(tmp_path)
+    np.testing.assert_allclose(passes["Combined"][20:28, 28:36, :3], np.broadcast_to((0.25, 0.5, 1), (8, 8, 3)))
+    np.testing.assert_allclose(passes["Depth"][20:28, 28:36], 4, atol=1e-5)
+
+
+def test_instances_scaled_to_zero_are_left_out(capfd, tmp_path):
+    stage.add_camera((0, 0, 5))
+    square = stage.add_square(1.0)
+    group = bpy.data.collections.new("group")
+    group.objects.link(square)
+    bpy.context.scene.collection.objects.unlink(square)
+    for scale in (0, 1):
+        bpy.ops.object.collection_instance_add(collection="group")
+        bpy.context.object.scale = (scale,) * 3
+    said = warnings(capfd, tmp_path)
+    assert len(said) == 1 and "Object 'Square': instances of zero size are left out" in said[0]
+
+
+def test_meshes_without_faces_get_a_warning(capfd, tmp_path):
+    """Unless they are there to carry something else: instances, a black hole."""
+    stage.add_camera((0, 0, 5))
+    stage.add_mesh("nothing", [], [])
+    stage.add_mesh("edge", [], []).data.from_pydata([(0, 0, 0), (1, 0, 0)], [(0, 1)], [])
+    carrier = stage.add_mesh("carrier", [(0, 0, 0), (1, 0, 0)], [])
+    carrier.instance_type = "VERTS"
+    stage.add_square(1.0).parent = carrier
+    stage.add_mesh("handle", [(9, 9, 9)], []).bentlight.kind = "BLACK_HOLE"
+    bpy.ops.curve.primitive_bezier_curve_add()
+    said = warnings(capfd, tmp_path)
+    assert [line.split("'")[1] for line in said if "has no faces" in line] == ["edge", "nothing"]
+    assert len(said) == 2
+
+
+def assert_a_missing_image_is_named(tree: bpy.types.NodeTree, texture: str, shader: str, tmp_path) -> None:
+    """Of an image texture, put on the color of the tree's shader."""
+    node = tree.nodes.new(texture)
+    node.image = bpy.data.images.new("nowhere", 4, 4)
+    node.image.source = "FILE"
+    node.image.filepath = str(tmp_path / "lost.hdr")
+    shader_node = next(item for item in tree.nodes if item.type == shader)
+    tree.links.new(node.outputs["Color"], shader_node.inputs["Color"])
+    message = failure(tmp_path)
+    assert "'nowhere'" in message and "lost.hdr" in message
+
+
 def test_a_missing_image_file(tmp_path):
     stage.add_camera((0, 0, 5))
     material = stage.emission((1, 1, 1))
-    tree = material.node_tree
-    node = tree.nodes.new("ShaderNodeTexImage")
-    node.image = bpy.data.images.new("nowhere", 4, 4)
-    node.image.source = "FILE"
-    node.image.filepath = str(tmp_path / "nowhere.png")
-    shader = next(n for n in tree.nodes if n.type == "EMISSION")
-    tree.links.new(node.outputs["Color"], shader.inputs["Color"])
     stage.add_square(1.0, material=material)
-    message = failure(tmp_path)
-    assert "'nowhere'" in message and "nowhere.png" in message
+    assert_a_missing_image_is_named(material.node_tree, "ShaderNodeTexImage", "EMISSION", tmp_path)
 
 
 def test_a_missing_environment_image(tmp_path):
     stage.add_camera((0, 0, 5))
     tree = stage.set_world((1, 1, 1)).node_tree
-    node = tree.nodes.new("ShaderNodeTexEnvironment")
-    node.image = bpy.data.images.new("sky", 4, 4)
-    node.image.source = "FILE"
-    node.image.filepath = str(tmp_path / "sky.hdr")
-    background = next(n for n in tree.nodes if n.type == "BACKGROUND")
-    tree.links.new(node.outputs["Color"], background.inputs["Color"])
-    message = failure(tmp_path)
-    assert "'sky'" in message and "sky.hdr" in message
+    assert_a_missing_image_is_named(tree, "ShaderNodeTexEnvironment", "BACKGROUND", tmp_path)
 
 
 def test_a_bug_is_reported_not_swallowed(tmp_path, monkeypatch):
@@ -238,24 +344,17 @@ def warnings(capfd, tmp_path) -> list[str]:
     return [line for line in capfd.readouterr().out.splitlines() if line.startswith("Warning:")]
 
 
-def test_what_has_no_size_is_left_out_with_a_warning(capfd, tmp_path):
+def test_broken_triangles_and_lamps_without_size_are_left_out(capfd, tmp_path):
     stage.add_camera((0, 0, 5))
-    stage.set_world((1, 1, 1))
-    stage.add_mesh("point", [(0, 0, 0)] * 3, [(0, 1, 2)])
-    flat = stage.add_square(1.0, name="flattened")
-    flat.scale = (0, 1, 1)
-    stage.add_mesh("nothing", [], [])
     broken = stage.add_square(1.0, (0, 0, 1), name="broken")
     broken.data.vertices[0].co = (np.nan, 0, 0)
     stage.add_mesh("endless", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 1e30, 0)], [(0, 1, 2), (0, 1, 3)])
     stage.add_light("AREA", size=1.0).scale = (0, 0, 0)
     said = warnings(capfd, tmp_path)
-    assert len([line for line in said if "'point' has zero size" in line]) == 1
-    assert len([line for line in said if "'flattened' has a scale of 0" in line]) == 1
     for text in ("'broken': 2 triangles have vertices", "'endless': 1 triangles have vertices"):
         assert len([line for line in said if f"{text} that are not finite or beyond 1e18" in line]) == 1
     assert len([line for line in said if "'Area' has zero size" in line]) == 1
-    assert not [line for line in said if "nothing" in line]
+    assert len(said) == 3
 
 
 def test_lamps_that_only_light_sampling_sees_get_one_warning(capfd, tmp_path):

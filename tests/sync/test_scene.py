@@ -218,6 +218,24 @@ def test_hair_is_said_not_to_be_rendered():
     assert said == ["Object 'hair': hair cannot be rendered yet"]
 
 
+def test_a_matrix_without_inverse_is_applied_to_the_vertices():
+    """Rotated, flattened to a plane, moved: the mesh in the plane, and its place."""
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=8, ring_count=4, location=(10, 20, 30))
+    sphere = bpy.context.object
+    sphere.data.shade_smooth()
+    whole = read()[0].meshes[0]
+    sphere.rotation_euler, sphere.scale = (1, 2, 3), (1, 0, 2)
+    data, said = read()
+    (instance,) = data.instances
+    np.testing.assert_array_equal(instance.world_from_mesh, [[1, 0, 0, 10], [0, 1, 0, 20], [0, 0, 1, 30], [0, 0, 0, 1]])
+    flat = data.meshes[instance.mesh]
+    axes = np.array(sphere.matrix_world)[:3, :3]
+    np.testing.assert_allclose(flat.vertices, whole.vertices @ axes.T, atol=1e-6)
+    assert flat.corner_normals is None
+    np.testing.assert_array_equal(flat.triangles, whole.triangles)
+    assert said == []
+
+
 def show(output: str, node_type: str) -> bpy.types.Material:
     """A material that shines in the color of a coordinate, mapped from [-1, 1] to [0, 1]."""
     material = stage.emission((1, 1, 1))
