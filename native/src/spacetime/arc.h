@@ -51,6 +51,7 @@ typedef struct arc_ray {
   lanes peak;             /* w where the radial barrier stands, the photon sphere of this ray; Ellis: the throat */
   lanes_mask doomed;      /* must fall through the horizon */
   lanes w, v;             /* 1/r and its rate dw/dlambda; Ellis: v = dchi/dlambda */
+  lanes base, rise;       /* Schwarzschild: w = base + rise, with base = peak where a rounding of w would grow, else 0 */
   lanes side;             /* Ellis: p = sin chi = l/r; negative beyond the throat */
   lanes n[3], m[3];       /* Kerr: n and n'. Planar: n at launch and the unit vector it turns towards */
   lanes drag;             /* Kerr: frame dragging so far, radians about +z */

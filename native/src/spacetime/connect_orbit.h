@@ -50,17 +50,11 @@ LANES_INLINE void schwarzschild_end(const bent_spacetime *s, const lanes positio
   const double M = s->mass;
   const lanes radius = lanes_sqrt(lanes_dot(position, position));
   for (int k = 0; k < 3; k++) end->n[k] = position[k] / radius;
-  if (sky) {
-    end->w = lanes_all(0), end->lapse = lanes_all(1);
-  } else if (s->chart == BENT_CHART_ISOTROPIC) {
-    end->w = M * radius / ((radius + 0.5 * M) * (radius + 0.5 * M));
-    end->lapse = (radius - 0.5 * M) / (radius + 0.5 * M);
-  } else {
-    end->w = M / radius, end->lapse = lanes_sqrt((radius - 2 * M) / radius);
-  }
+  const schwarzschild_place at = schwarzschild_place_at(M, s->chart == BENT_CHART_ISOTROPIC, radius);
+  end->w = sky ? lanes_all(0) : M * at.w, end->lapse = sky ? lanes_all(1) : at.lapse;
   end->x = end->w, end->side = lanes_all(0);
   /* The critical ray is d = u - 1/3 = 2 zeta / (1 - zeta)^2, zeta = zeta_0 e^-phi (Chandrasekhar 1983, section 20). */
-  const lanes d = end->w - 1.0 / 3;
+  const lanes d = sky ? lanes_all(-1.0 / 3) : M * at.above;
   end->zeta = d / (1 + d + lanes_sqrt(1 + 2 * d));
   end->creep = -d * lanes_sqrt(1 + 2 * d);
 }

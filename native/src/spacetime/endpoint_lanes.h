@@ -27,10 +27,10 @@ LANES_INLINE aim aim_from(const lanes position[3], const lanes direction[3])
   const lanes c[3] = {position[1] * direction[2] - position[2] * direction[1],
                       position[2] * direction[0] - position[0] * direction[2],
                       position[0] * direction[1] - position[1] * direction[0]};
-  const lanes c2 = lanes_dot(c, c), inverse_r = 1 / lanes_sqrt(r2), inverse_rd = 1 / lanes_sqrt(r2 * d2);
+  const lanes radius = lanes_sqrt(r2), c2 = lanes_dot(c, c), inverse_r = 1 / radius, inverse_rd = 1 / lanes_sqrt(r2 * d2);
   const lanes inverse_side = inverse_r / lanes_sqrt(lanes_max(c2, lanes_all(DBL_MIN)));
   aim a;
-  a.radius = r2 * inverse_r;
+  a.radius = radius;
   a.cosine = lanes_dot(position, direction) * inverse_rd;
   a.sine = lanes_sqrt(c2) * inverse_rd;
   for (int i = 0; i < 3; i++) a.outward[i] = position[i] * inverse_r;

@@ -7,6 +7,7 @@
 #ifndef BENT_SPACETIME_ENDPOINT_SCHWARZSCHILD_H
 #define BENT_SPACETIME_ENDPOINT_SCHWARZSCHILD_H
 #include "spacetime/endpoint_lanes.h"
+#include "spacetime/schwarzschild_place.h"
 
 /* x in [0, 1/2] with x^2 (3 - 2 x) = y, 0 <= y <= 1/2, to full relative accuracy: a root of P in units of 1/3. */
 LANES_INLINE lanes inverse_smoothstep(lanes y)
@@ -57,16 +58,8 @@ LANES_INLINE lanes sweep_without_barrier(lanes inverse_b2, lanes b2, lanes u_o, 
 
 LANES_INLINE endpoint endpoint_schwarzschild(double mass, int is_isotropic, const aim *a)
 {
-  const lanes r_chart = a->radius, sine = lanes_max(a->sine, lanes_all(1e-60));
-  lanes u, lapse, d; /* d = u - 1/3 = (3 M - r) / (3 r), factored so that it is accurate at the photon sphere */
-  if (is_isotropic) {
-    const lanes half = 0.5 * mass / r_chart, inverse = 1 / (1 + half);
-    const double outer = 1.86602540378443864676 * mass, inner = 0.13397459621556135324 * mass; /* r = 3 M */
-    u = 2 * half * inverse * inverse, lapse = (1 - half) * inverse;
-    d = (outer - r_chart) * (r_chart - inner) * u / (3 * mass * r_chart);
-  } else {
-    u = mass / r_chart, lapse = lanes_sqrt((r_chart - 2 * mass) / r_chart), d = (3 * mass - r_chart) / (3 * r_chart);
-  }
+  const schwarzschild_place at = schwarzschild_place_at(mass, is_isotropic, a->radius);
+  const lanes u = mass * at.w, d = mass * at.above, lapse = at.lapse, sine = lanes_max(a->sine, lanes_all(1e-60));
   const lanes scale = u * lapse / sine, inverse_b2 = scale * scale, b2 = 1 / inverse_b2, beta = 1 / scale;
   const lanes slope2 = inverse_b2 * a->cosine * a->cosine;
   /* y = -27 p0; beside the photon sphere the position tells it better than beta does. */

@@ -50,12 +50,19 @@ LANES_INLINE lanes series_at(const lanes *a, int order, lanes x)
   return value;
 }
 
-/* The series and its derivative at x. */
-LANES_INLINE void series_with_slope(const lanes *a, int order, lanes x, lanes *value, lanes *slope)
+/* How much the series differs at x from its beginning, and its derivative there. */
+LANES_INLINE void series_change_with_slope(const lanes *a, int order, lanes x, lanes *change, lanes *slope)
 {
   lanes p = a[order], d = {0};
 #pragma GCC unroll 32
-  for (int k = order - 1; k >= 0; k--) d = d * x + p, p = p * x + a[k];
-  *value = p, *slope = d;
+  for (int k = order - 1; k > 0; k--) d = d * x + p, p = p * x + a[k];
+  *change = p * x, *slope = d * x + p;
+}
+
+/* The series and its derivative at x. */
+LANES_INLINE void series_with_slope(const lanes *a, int order, lanes x, lanes *value, lanes *slope)
+{
+  series_change_with_slope(a, order, x, value, slope);
+  *value += a[0];
 }
 #endif
