@@ -39,13 +39,32 @@ bent_status bent_scene_set_camera(bent_scene *scene, const bent_camera *camera, 
 /* A sun is a disk of even radiance on the asymptotic sky: a ray that escapes in its direction sees it. */
 typedef struct bent_sun {
   double direction[3]; /* towards the sun, world; any length but 0 */
-  double radiance[3];  /* linear RGB, added to the sky's */
-  double angle;        /* angular diameter, in (0, pi] */
-  uint32_t visibility; /* bent_visibility bits: the kinds of ray that see it */
+  double radiance[3];  /* linear RGB, added to the sky's; if the angle is 0: irradiance of a surface that faces the sun */
+  double angle;        /* angular diameter, in [0, pi]; 0: a point that only connections find */
+  uint32_t visibility; /* bent_visibility bits: the kinds of ray that see it, and BENT_SHADOWLESS */
 } bent_sun;
 
 /* Replaces all suns. Irradiance of a surface that faces a sun: pi sin^2(angle/2) radiance. */
 bent_status bent_scene_set_suns(bent_scene *scene, size_t count, const bent_sun *suns, bent_error *error);
+
+/* A lamp without size, which only connections find. Lamps with a size are instances of emissive meshes. */
+typedef struct bent_lamp {
+  double world_from_lamp[4][4]; /* invertible and affine: the lamp's place, and the object coordinates of its material */
+  int material;        /* the radiance that its program emits towards a direction is the lamp's radiant intensity there */
+  uint32_t visibility; /* bent_visibility bits: the kinds of scattering that it lights, and BENT_SHADOWLESS */
+} bent_lamp;
+
+/* Replaces all lamps. */
+bent_status bent_scene_set_lamps(bent_scene *scene, size_t count, const bent_lamp *lamps, bent_error *error);
+
+/* How lamps, emissive surfaces and the sky are found. The mean of a picture is the same (but for points of light and
+ * caustics, which each finds only one of), its noise is not. */
+typedef enum bent_light_sampling {
+  BENT_LIGHTS_BOTH,        /* weighed against each other (Veach & Guibas 1995, power heuristic) */
+  BENT_LIGHTS_SCATTERING,  /* by scattered rays that happen to meet them */
+  BENT_LIGHTS_CONNECTIONS, /* by rays that join a point on a light with the surface, where such rays are known */
+  BENT_LIGHT_SAMPLINGS
+} bent_light_sampling;
 
 typedef enum bent_filter_kind { BENT_FILTER_BLACKMAN_HARRIS, BENT_FILTER_GAUSSIAN, BENT_FILTER_BOX } bent_filter_kind;
 
@@ -62,6 +81,7 @@ typedef struct bent_render_settings {
   double filter_width;       /* full support in pixels, in [0.01, 30]; the box is always one pixel wide */
   int film_transparent;      /* the sky seen by the camera has alpha 0 and no color in `combined` */
   double clamp_indirect;     /* largest contribution (mean of RGB) of a path after its second scattering; 0: off */
+  bent_light_sampling light_sampling;
   double alpha_threshold;    /* surfaces less opaque than this are not described by depth, position and normal */
 } bent_render_settings;
 

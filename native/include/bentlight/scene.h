@@ -44,7 +44,9 @@ typedef enum bent_visibility {
   BENT_VISIBLE_GLOSSY = 4,
   BENT_VISIBLE_TRANSMISSION = 8,
   BENT_VISIBLE_ALL = 15,
-  BENT_HOLDOUT = 16 /* no kind of ray: the camera sees a hole in the picture (alpha 0) where the instance is */
+  BENT_HOLDOUT = 16, /* no kind of ray: the camera sees a hole in the picture (alpha 0) where the instance is */
+  BENT_SHADOWLESS = 32, /* no kind of ray: an instance that casts no shadow, a light that none falls from */
+  BENT_SHADOW = 64 /* the kind of ray that asks what is between a surface and a light; not for instances */
 } bent_visibility;
 
 bent_status bent_scene_add_mesh(bent_scene *scene, const bent_mesh *mesh, int *index, bent_error *error);

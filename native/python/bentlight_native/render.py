@@ -42,6 +42,9 @@ class RenderSettings:
     filter: 'BLACKMAN_HARRIS', 'GAUSSIAN' or 'BOX' (one pixel wide); filter_width: its full support, pixels.
     film_transparent: the sky that the camera sees has alpha 0 and no color in `combined`.
     clamp_indirect: largest contribution (mean of RGB) of a path after its second scattering; 0 is off.
+    light_sampling: how lights are found. 'SCATTERING': by scattered rays that happen to meet them; 'CONNECTIONS': by the
+        rays that join a point on a light with the surface, where they are known; 'BOTH': both, each where it is better.
+        The mean of a picture is the same, except that lamps and suns without size need connections.
     alpha_threshold: surfaces less opaque than this are passed over by depth, position and normal.
     """
 
@@ -61,6 +64,7 @@ class RenderSettings:
     filter_width: float = 3.0
     film_transparent: bool = False
     clamp_indirect: float = 0.0
+    light_sampling: str = "BOTH"
     alpha_threshold: float = 0.5
 
 
@@ -174,8 +178,9 @@ class RenderMethods:
         """Replace all suns, disks of even radiance on the asymptotic sky; visible after commit().
 
         directions: (n, 3), towards each sun. radiance: (n, 3) linear RGB; a surface that faces the sun receives
-        pi * sin(angle / 2)**2 * radiance. angle: scalar or (n,), angular diameter in (0, pi]. visibility: scalar or
-        (n,) bits: camera 1, diffuse 2, glossy 4, transmission 8.
+        pi * sin(angle / 2)**2 * radiance. angle: scalar or (n,), angular diameter in [0, pi]; at 0 the radiance is the
+        irradiance of a surface that faces the sun. visibility: scalar or (n,) bits: camera 1, diffuse 2, glossy 4,
+        transmission 8; 32: nothing casts a shadow from it.
         """
         directions = np.ascontiguousarray(directions, dtype=np.float64).reshape(-1, 3)
         radiance = np.ascontiguousarray(radiance, dtype=np.float64).reshape(-1, 3)
@@ -184,6 +189,21 @@ class RenderMethods:
             directions,
             radiance,
             np.array(np.broadcast_to(angle, (count,)), dtype=np.float64),
+            np.array(np.broadcast_to(visibility, (count,)), dtype=np.uint32),
+        )
+
+    def set_lamps(self, world_from_lamp: ArrayLike, materials: ArrayLike, visibility: ArrayLike = 15) -> None:
+        """Replace all lamps, points of light that only connections find; visible after commit().
+
+        world_from_lamp: (n, 4, 4), the place and axes of each lamp. materials: scalar or (n,), indices: the radiance that
+        a material emits towards a direction is the lamp's radiant intensity there. visibility: scalar or (n,) bits as of
+        suns: the kinds of scattering that it lights.
+        """
+        matrices = np.ascontiguousarray(world_from_lamp, dtype=np.float64).reshape(-1, 4, 4)
+        count = len(matrices)
+        self._set_lamps(
+            matrices,
+            np.array(np.broadcast_to(materials, (count,)), dtype=np.int32),
             np.array(np.broadcast_to(visibility, (count,)), dtype=np.uint32),
         )
 

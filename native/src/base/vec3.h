@@ -33,6 +33,14 @@ static inline vec3 v3_normalize(vec3 a)
   double length = v3_length(a);
   return length > 0 ? v3_scale(a, 1 / length) : a;
 }
+/* Unit vectors that make a right-handed basis (x, y, z) with the unit vector z: Duff et al., "Building an Orthonormal
+ * Basis, Revisited" (JCGT 2017). */
+static inline void v3_basis(vec3 z, vec3 *x, vec3 *y)
+{
+  const double sign = copysign(1, z.z), a = -1 / (sign + z.z), b = z.x * z.y * a;
+  *x = v3(1 + sign * z.x * z.x * a, sign * b, -sign * z.x);
+  *y = v3(b, sign + z.y * z.y * a, -z.y);
+}
 static inline int v3_is_finite(vec3 a) { return isfinite(a.x) && isfinite(a.y) && isfinite(a.z); }
 /* Of colors. */
 static inline vec3 v3_splat(double x) { return (vec3){x, x, x}; }

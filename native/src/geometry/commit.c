@@ -129,10 +129,13 @@ static void bound_float_error(instance *i, vec3 origin)
   i->float_error_offset = unit * backward * fmax(fabs(b.x), fmax(fabs(b.y), fabs(b.z)));
 }
 
-static int is_seen(const geometry *g, const instance *i)
+/* The kinds of ray that meet an instance, shadows among them. */
+static uint32_t mask_of(const instance *i)
 {
-  return g->meshes[i->mesh].triangle_count && i->visibility;
+  return (i->visibility & BENT_VISIBLE_ALL) | (i->visibility & BENT_SHADOWLESS ? 0 : BENT_SHADOW);
 }
+
+static int is_seen(const geometry *g, const instance *i) { return g->meshes[i->mesh].triangle_count && mask_of(i); }
 
 static void instance_attach(geometry *g, size_t index)
 {
@@ -146,7 +149,7 @@ static void instance_attach(geometry *g, size_t index)
   bound_float_error(i, g->origin);
   e->set_geometry_instanced_scene(geometry, g->meshes[i->mesh].scene);
   e->set_geometry_transform(geometry, 0, EMBREE_FLOAT3X4_ROW_MAJOR, matrix);
-  e->set_geometry_mask(geometry, i->visibility);
+  e->set_geometry_mask(geometry, mask_of(i));
   e->commit_geometry(geometry);
   e->attach_geometry_by_id(g->top, geometry, (unsigned)index);
   e->release_geometry(geometry);

@@ -134,7 +134,7 @@ bent_status bent_scene_set_spacetimes(bent_scene *scene, size_t count, const ben
   lenses_free(g->lenses, g->lens_count);
   g->lenses = lenses;
   g->lens_count = count;
-  scene->committed = 0;
+  scene_edited(scene);
   return BENT_OK;
 }
 

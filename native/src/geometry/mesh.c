@@ -88,7 +88,7 @@ bent_status bent_scene_add_mesh(bent_scene *scene, const bent_mesh *data, int *i
   }
   *index = (int)g->mesh_count;
   g->meshes[g->mesh_count++] = m;
-  scene->committed = 0;
+  scene_edited(scene);
   g->changed = 1;
   return BENT_OK;
 }
@@ -125,7 +125,7 @@ bent_status bent_scene_update_mesh(bent_scene *scene, int index, const bent_mesh
   }
   if (m->vertex_count) memcpy(m->vertices, data->vertices, m->vertex_count * sizeof *m->vertices);
   m->moved = 1;
-  scene->committed = 0;
+  scene_edited(scene);
   g->changed = 1;
   return BENT_OK;
 }
@@ -199,7 +199,7 @@ bent_status bent_scene_add_instance(bent_scene *scene, const bent_instance *data
   if (!ok) return bent_fail(error, BENT_ERROR_MEMORY, "instance: out of memory");
   *index = (int)g->instance_count;
   g->instances[g->instance_count++] = i;
-  scene->committed = 0;
+  scene_edited(scene);
   g->changed = 1;
   return BENT_OK;
 }
@@ -213,7 +213,7 @@ bent_status bent_scene_update_instance(bent_scene *scene, int index, const doubl
                      g->instance_count);
   const bent_status status = set_transform(&g->instances[index], world_from_mesh, error);
   if (status) return status;
-  scene->committed = 0;
+  scene_edited(scene);
   g->changed = 1;
   return BENT_OK;
 }
@@ -224,7 +224,7 @@ bent_status bent_scene_clear_instances(bent_scene *scene, bent_error *error)
   geometry *g = scene->geometry;
   for (size_t i = 0; i < g->instance_count; i++) free(g->instances[i].materials);
   g->instance_count = 0;
-  scene->committed = 0;
+  scene_edited(scene);
   g->changed = 1;
   return BENT_OK;
 }

@@ -22,6 +22,9 @@ static const char *const CAMERA_KINDS[BENT_CAMERA_KINDS] = {
     [BENT_CAMERA_CENTRAL_CYLINDRICAL] = "CENTRAL_CYLINDRICAL",
 };
 static const char *const FILTERS[] = {"BLACKMAN_HARRIS", "GAUSSIAN", "BOX"};
+static const char *const LIGHT_SAMPLINGS[BENT_LIGHT_SAMPLINGS] = {[BENT_LIGHTS_BOTH] = "BOTH",
+                                                                  [BENT_LIGHTS_SCATTERING] = "SCATTERING",
+                                                                  [BENT_LIGHTS_CONNECTIONS] = "CONNECTIONS"};
 static const char *const REDUCTIONS[] = {
     [BENT_MEAN] = "mean", [BENT_MAX] = "max", [BENT_FIRST] = "first", [BENT_COUNT] = "count"};
 
@@ -141,6 +144,39 @@ static PyObject *set_suns(PyObject *self, PyObject *args)
   return result;
 }
 
+static PyObject *set_lamps(PyObject *self, PyObject *args)
+{
+  PyObject *objects[3];
+  if (!PyArg_ParseTuple(args, "OOO:set_lamps", &objects[0], &objects[1], &objects[2])) return NULL;
+  bent_scene *scene = scene_value(self);
+  if (!scene) return NULL;
+  Py_ssize_t shape[] = {-1, 4, 4}, count[] = {-1};
+  buffer b[3] = {0};
+  PyObject *result = NULL;
+  if (!buffer_get(&b[0], objects[0], "world_from_lamp", 'd', 3, shape, 0) && (count[0] = shape[0], 1) &&
+      !buffer_get(&b[1], objects[1], "materials", 'i', 1, count, 0) &&
+      !buffer_get(&b[2], objects[2], "visibility", 'I', 1, count, 0)) {
+    bent_lamp *lamps = calloc((size_t)count[0] + 1, sizeof *lamps);
+    const double(*matrices)[4][4] = buffer_data(&b[0]);
+    const int32_t *materials = buffer_data(&b[1]);
+    const uint32_t *visibility = buffer_data(&b[2]);
+    for (Py_ssize_t i = 0; lamps && i < count[0]; i++) {
+      memcpy(lamps[i].world_from_lamp, matrices[i], sizeof lamps[i].world_from_lamp);
+      lamps[i].material = materials[i], lamps[i].visibility = visibility[i];
+    }
+    bent_error error;
+    if (!lamps)
+      PyErr_NoMemory();
+    else if (bent_scene_set_lamps(scene, (size_t)count[0], lamps, &error))
+      raise_error(&error);
+    else
+      result = Py_NewRef(Py_None);
+    free(lamps);
+  }
+  buffer_release_all(b, 3);
+  return result;
+}
+
 /* Takes the arrays of a dict {channel name: array} in the order of the table. Returns 0, or -1 with an error. */
 static int get_channels(PyObject *dict, Py_ssize_t height, Py_ssize_t width, buffer buffers[BENT_CHANNELS_MAX],
                         float *arrays[BENT_CHANNELS_MAX])
@@ -189,23 +225,25 @@ static PyObject *render_tile(PyObject *self, PyObject *args, PyObject *keywords)
   static char *names[] = {"tile", "channels", "progress", "width", "height", "first_sample", "sample_count", "seed",
                           "max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces",
                           "transparent_bounces", "roulette_start", "tolerance", "filter", "filter_width",
-                          "film_transparent", "clamp_indirect", "alpha_threshold", NULL};
+                          "film_transparent", "clamp_indirect", "light_sampling", "alpha_threshold", NULL};
   bent_render_settings s = {0};
   long long tile[4], whole[WHOLE_FIELDS];
   PyObject *channels, *progress_object;
-  const char *filter;
+  const char *filter, *light_sampling;
   if (!PyArg_ParseTupleAndKeywords(
-          args, keywords, "(LLLL)O!OLLLLLLLLLLLdsdpdd:render_tile", names, &tile[0], &tile[1], &tile[2], &tile[3],
+          args, keywords, "(LLLL)O!OLLLLLLLLLLLdsdpdsd:render_tile", names, &tile[0], &tile[1], &tile[2], &tile[3],
           &PyDict_Type, &channels, &progress_object, &whole[0], &whole[1], &whole[2], &whole[3], &whole[4], &whole[5],
           &whole[6], &whole[7], &whole[8], &whole[9], &whole[10], &s.tolerance, &filter, &s.filter_width,
-          &s.film_transparent, &s.clamp_indirect, &s.alpha_threshold))
+          &s.film_transparent, &s.clamp_indirect, &light_sampling, &s.alpha_threshold))
     return NULL;
   int ok;
   bent_progress *progress = progress_value(progress_object, &ok);
   const bent_scene *scene = scene_value(self);
   const int kind = choose(filter, "filter", FILTERS, COUNT(FILTERS));
-  if (!ok || !scene || kind < 0 || set_whole_fields(&s, whole, names + 3)) return NULL;
+  const int sampling = kind < 0 ? -1 : choose(light_sampling, "light_sampling", LIGHT_SAMPLINGS, BENT_LIGHT_SAMPLINGS);
+  if (!ok || !scene || sampling < 0 || set_whole_fields(&s, whole, names + 3)) return NULL;
   s.filter = (bent_filter_kind)kind;
+  s.light_sampling = (bent_light_sampling)sampling;
   for (int i = 0; i < 4; i++)
     if (tile[i] < 0 || tile[i] > INT32_MAX)
       return PyErr_Format(PyExc_ValueError, "tile: expected x, y, width, height from 0 to 2^31 - 1, got %lld", tile[i]);
@@ -287,6 +325,7 @@ static PyObject *filter_offsets(PyObject *module, PyObject *args)
 PyMethodDef scene_render_methods[] = {{"_set_camera", KEYWORDS(set_camera), NULL},
                                       {"_camera_rays", camera_rays, METH_VARARGS, NULL},
                                       {"_set_suns", set_suns, METH_VARARGS, NULL},
+                                      {"_set_lamps", set_lamps, METH_VARARGS, NULL},
                                       {"_render_tile", KEYWORDS(render_tile), NULL},
                                       {0}};
 PyMethodDef render_functions[] = {

@@ -253,7 +253,8 @@ static PyObject *evaluate_bsdf(PyObject *self, PyObject *args)
   double *result = buffer_data(&held[1]);
   Py_BEGIN_ALLOW_THREADS
   for (Py_ssize_t i = 0; i < in[0]; i++)
-    v3_to(result + 4 * i, bsdf_evaluate(&set, &point, v3_from(wi + 3 * i), &result[4 * i + 3]));
+    v3_to(result + 4 * i, bsdf_evaluate(&set, &point, v3_from(wi + 3 * i), UINT32_MAX,
+                                        &result[4 * i + 3]));
   Py_END_ALLOW_THREADS
   free(set.closures);
   buffer_release_all(held, 2);

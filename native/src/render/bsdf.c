@@ -8,11 +8,11 @@ typedef struct frame {
   vec3 x, y, z;
 } frame;
 
-/* Duff et al., "Building an Orthonormal Basis, Revisited" (JCGT 2017). */
 static frame frame_around(vec3 z)
 {
-  const double sign = copysign(1, z.z), a = -1 / (sign + z.z), b = z.x * z.y * a;
-  return (frame){v3(1 + sign * z.x * z.x * a, sign * b, -sign * z.x), v3(b, sign + z.y * z.y * a, -z.y), z};
+  frame f = {.z = z};
+  v3_basis(z, &f.x, &f.y);
+  return f;
 }
 static vec3 into_frame(const frame *f, vec3 v) { return v3(v3_dot(f->x, v), v3_dot(f->y, v), v3_dot(f->z, v)); }
 static vec3 out_of_frame(const frame *f, vec3 v)
@@ -101,7 +101,13 @@ static lobe_value evaluate_lobe(const closure *c, const shade_point *point, vec3
   return out;
 }
 
-vec3 bsdf_evaluate(const closure_set *set, const shade_point *point, vec3 wi, double *pdf)
+static bsdf_lobe kind_of(const closure *c, const shade_point *point, vec3 wi)
+{
+  if (v3_dot(point->geometric_normal, wi) < 0) return LOBE_TRANSMISSION;
+  return c->kind == CLOSURE_DIFFUSE ? LOBE_DIFFUSE : LOBE_GLOSSY;
+}
+
+vec3 bsdf_evaluate(const closure_set *set, const shade_point *point, vec3 wi, uint32_t kinds, double *pdf)
 {
   vec3 sum = v3(0, 0, 0);
   *pdf = 0;
@@ -109,7 +115,7 @@ vec3 bsdf_evaluate(const closure_set *set, const shade_point *point, vec3 wi, do
     const closure *c = &set->closures[i];
     if (closure_is_delta(c)) continue;
     const lobe_value lobe = evaluate_lobe(c, point, wi);
-    sum = v3_add(sum, lobe.value);
+    if (kinds & kind_of(c, point, wi)) sum = v3_add(sum, lobe.value);
     *pdf += lobe.pdf * c->share;
   }
   return sum;
@@ -189,7 +195,7 @@ int bsdf_draw(const closure_set *set, const shade_point *point, const double u[3
     return 1;
   }
   if (!draw_rough(c, point, u[0], u[1], rest, out)) return 0;
-  const vec3 value = bsdf_evaluate(set, point, out->wi, &out->pdf);
+  const vec3 value = bsdf_evaluate(set, point, out->wi, UINT32_MAX, &out->pdf);
   if (!(out->pdf > 0) || !isfinite(out->pdf)) return 0;
   out->weight = v3_scale(value, 1 / out->pdf);
   return v3_max(out->weight) > 0;

@@ -18,8 +18,8 @@ typedef struct bsdf_sample {
 
 /* Draws a direction with u in [0,1)^3 (u[2] picks the lobe). Returns 0 when the light is absorbed. */
 int bsdf_draw(const closure_set *set, const shade_point *point, const double u[3], bsdf_sample *out);
-/* f(wo, wi) |cos| over the non-delta lobes, and the pdf that bsdf_draw has there. */
-vec3 bsdf_evaluate(const closure_set *set, const shade_point *point, vec3 wi, double *pdf);
+/* f(wo, wi) |cos| over the non-delta lobes of the wanted kinds (bits of bsdf_lobe), and the pdf that bsdf_draw has there. */
+vec3 bsdf_evaluate(const closure_set *set, const shade_point *point, vec3 wi, uint32_t kinds, double *pdf);
 /* Albedo for denoising: the directional albedo of the lobes but white for mirrors and smooth glass. */
 vec3 bsdf_albedo(const closure_set *set);
 #endif

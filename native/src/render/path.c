@@ -1,6 +1,5 @@
-/* See path.h. One vertex of a path: gather what the surface or sky emits, draw a lobe and a direction, go on.
- *
- * Lights are found by BSDF sampling alone for now: an escaped ray gathers sky and suns, a hit gathers emission. */
+/* See path.h. One vertex of a path: gather what the surface or sky emits, weighed against connections with it; join the
+ * vertex with a light (direct.h); draw a lobe and a direction, go on. */
 #include "render/path.h"
 
 #include <stdlib.h>
@@ -8,26 +7,34 @@
 #include "geometry/geometry.h"
 #include "render/bsdf.h"
 #include "render/describe.h"
-#include "render/suns.h"
-#include "render/surface.h"
+#include "render/direct.h"
 #include "scene/scene.h"
 
 /* Random sets of a path: the camera's, then two a vertex, of which the second is for sampling lights. */
 enum { SET_CAMERA = 0, SET_VERTEX = 1, SETS_PER_VERTEX = 2 };
 /* A path of more surfaces than this is cut: see-through ones are not limited by the settings. */
 enum { VERTICES_MAX = 1 << 14 };
-/* Rays after a diffuse scattering are traced this much more coarsely: what they see is blurred over the hemisphere. */
+/* Rays after a diffuse scattering are traced this much more coarsely: what they see is blurred over the hemisphere; and
+ * shadows, which hide parts of lights. */
 static const double DIFFUSE_COARSENESS = 10;
 static const float NO_DEPTH = 1e10f; /* as Cycles */
 
 bent_status path_block_new(path_block *out, const bent_scene *scene, int capacity, bent_error *error)
 {
   const size_t n = (size_t)capacity, lobes = (size_t)shading_lobe_max(scene->shading);
-  *out = (path_block){.capacity = capacity, .paths = malloc(n * sizeof *out->paths),
-                      .rays = malloc(n * sizeof *out->rays), .hits = malloc(n * sizeof *out->hits),
-                      .records = malloc(n * sizeof *out->records),
-                      .closures = malloc(lobes * sizeof *out->closures)};
-  if (out->paths && out->rays && out->hits && out->records && out->closures) return BENT_OK;
+  *out = (path_block){.capacity = capacity, .lobes = (int)lobes};
+  out->paths = malloc(n * sizeof *out->paths);
+  out->rays = malloc(n * sizeof *out->rays);
+  out->hits = malloc(n * sizeof *out->hits);
+  out->goes_on = malloc(n * sizeof *out->goes_on);
+  out->records = malloc(n * sizeof *out->records);
+  out->closures = malloc(DIRECT_BATCH * lobes * sizeof *out->closures);
+  out->shadows = malloc(SHADOWS * sizeof *out->shadows);
+  out->shadow_rays = malloc(SHADOWS * sizeof *out->shadow_rays);
+  out->shadow_hits = malloc(SHADOWS * sizeof *out->shadow_hits);
+  if (out->paths && out->rays && out->hits && out->goes_on && out->records && out->closures && out->shadows &&
+      out->shadow_rays && out->shadow_hits)
+    return BENT_OK;
   path_block_free(out);
   return bent_fail(error, BENT_ERROR_MEMORY, "render: out of memory");
 }
@@ -37,8 +44,12 @@ void path_block_free(path_block *block)
   free(block->paths);
   free(block->rays);
   free(block->hits);
+  free(block->goes_on);
   free(block->records);
   free(block->closures);
+  free(block->shadows);
+  free(block->shadow_rays);
+  free(block->shadow_hits);
   *block = (path_block){0};
 }
 
@@ -70,12 +81,12 @@ static double distance_to_lens(const geometry *g, vec3 origin)
   return isfinite(distance) ? distance : 1;
 }
 
-/* Points `ray`, whose visibility is set, away from a surface, or from the camera if that is NULL. */
-static void set_ray(const tracer *t, bent_ray *ray, vec3 origin, vec3 direction, const bent_hit *surface)
+void path_set_ray(const tracer *t, bent_ray *ray, vec3 origin, vec3 direction, const bent_hit *surface)
 {
   v3_to(ray->origin, origin);
   v3_to(ray->direction, direction);
-  ray->angular_tolerance = ray->visibility == BENT_VISIBLE_DIFFUSE ? DIFFUSE_COARSENESS * t->angle : t->angle;
+  const int coarse = ray->visibility == BENT_VISIBLE_DIFFUSE || ray->visibility == BENT_SHADOW;
+  ray->angular_tolerance = coarse ? DIFFUSE_COARSENESS * t->angle : t->angle;
   ray->tolerance = ray->angular_tolerance * distance_to_lens(t->scene->geometry, origin);
   ray->source_instance = surface ? surface->instance : -1;
   ray->source_triangle = surface ? surface->triangle : -1;
@@ -111,26 +122,30 @@ static int start(const tracer *t, const pixel_sample *wanted, path *p, bent_ray 
               .depth_per_length = camera.depth_per_length};
   *ray = (bent_ray){.length_min = camera.length_min, .length_max = camera.length_max,
                     .visibility = BENT_VISIBLE_CAMERA};
-  set_ray(t, ray, camera.origin, camera.direction, NULL);
+  path_set_ray(t, ray, camera.origin, camera.direction, NULL);
   return 1;
 }
 
-/* Radiance that reaches the camera, limited if it was scattered more than once (Cycles: clamp indirect). */
-static vec3 limited(const tracer *t, const path *p, vec3 radiance)
+vec3 path_limited(const tracer *t, uint32_t bounces, vec3 contribution)
 {
-  const vec3 contribution = v3_mul(p->beta, radiance);
   const double limit = 3 * t->settings->clamp_indirect, sum = contribution.x + contribution.y + contribution.z;
-  return p->bounces > 1 && limit > 0 && sum > limit ? v3_scale(contribution, limit / sum) : contribution;
+  return bounces > 1 && limit > 0 && sum > limit ? v3_scale(contribution, limit / sum) : contribution;
 }
 
 /* The ray escaped: sky and suns. One sky surrounds both sides of a wormhole that has no exit. */
-static void gather_sky(const tracer *t, path *p, const bent_ray *ray, const bent_hit *hit, sample_record *record)
+static void gather_sky(const tracer *t, path *p, const bent_ray *ray, const bent_hit *hit, const reach *reach,
+                       sample_record *record)
 {
-  const vec3 direction = v3_from(hit->direction);
-  const vec3 sky = v3_add(shading_sky(t->scene->shading, direction),
-                          suns_radiance(t->scene->suns, direction, ray->visibility));
-  const vec3 contribution = limited(t, p, sky);
-  if (!p->featured) record_add(record, CHANNEL_DENOISING_ALBEDO, v3_mul(p->feature_beta, sky));
+  const vec3 direction = v3_from(hit->direction), sky = shading_sky(t->scene->shading, direction);
+  vec3 all = sky, weighed = v3_scale(sky, direct_weight_sky(t, p, reach, direction));
+  for (size_t i = 0; t->scene->suns && i < t->scene->suns->count; i++) {
+    const sun *s = &t->scene->suns->list[i];
+    if (!(s->visibility & ray->visibility) || !sun_covers(s, direction)) continue;
+    all = v3_add(all, s->radiance);
+    weighed = v3_mad(s->radiance, direct_weight_sun(t, p, reach, i), weighed);
+  }
+  const vec3 contribution = path_limited(t, p->bounces, v3_mul(p->beta, weighed));
+  if (!p->featured) record_add(record, CHANNEL_DENOISING_ALBEDO, v3_mul(p->feature_beta, all));
   if (p->bounces == 0) {
     record_add(record, CHANNEL_ENVIRONMENT, contribution);
     if (t->settings->film_transparent) {
@@ -141,9 +156,12 @@ static void gather_sky(const tracer *t, path *p, const bent_ray *ray, const bent
   p->radiance = v3_add(p->radiance, contribution);
 }
 
-static void gather_emission(const tracer *t, path *p, vec3 emission, sample_record *record)
+static void gather_emission(const tracer *t, path *p, const bent_hit *hit, const reach *reach, vec3 emission,
+                            sample_record *record)
 {
-  const vec3 contribution = limited(t, p, emission);
+  if (!(v3_max(emission) > 0)) return;
+  const vec3 weighed = v3_scale(emission, direct_weight_emission(t, p, reach, hit));
+  const vec3 contribution = path_limited(t, p->bounces, v3_mul(p->beta, weighed));
   p->radiance = v3_add(p->radiance, contribution);
   if (p->bounces == 0) record_add(record, CHANNEL_EMISSION, contribution);
 }
@@ -152,9 +170,10 @@ static void gather_emission(const tracer *t, path *p, vec3 emission, sample_reco
 static void pass_through(const tracer *t, path *p, bent_ray *ray, const bent_hit *hit)
 {
   p->travelled += hit->length;
+  p->scattered.swept += hit->swept;
   ray->length_min = fmax(ray->length_min - hit->length, 0);
   ray->length_max -= hit->length;
-  set_ray(t, ray, v3_from(hit->position), v3_from(hit->direction), hit);
+  path_set_ray(t, ray, v3_from(hit->position), v3_from(hit->direction), hit);
 }
 
 /* Counts a scattering and says whether the next surface is the path's last. */
@@ -196,9 +215,10 @@ static int scatter(const tracer *t, path *p, bent_ray *ray, const bent_hit *hit,
   if (p->last) return 0;
   count_bounce(t->settings, p, drawn.lobe);
   if (!survives(t->settings, p, u[3])) return 0;
+  p->scattered = (scattering){point->position, direct_normal(point, set), drawn.wi, drawn.pdf, 0};
   ray->length_min = 0, ray->length_max = INFINITY;
   ray->visibility = (uint32_t)drawn.lobe;
-  set_ray(t, ray, point->position, drawn.wi, hit);
+  path_set_ray(t, ray, point->position, drawn.wi, hit);
   return 1;
 }
 
@@ -210,40 +230,69 @@ static int is_holdout(const tracer *t, path *p, const bent_hit *hit)
   return 1;
 }
 
-/* One vertex. Returns 1 if the path goes on along *ray. `closures` is room for those of the surface. */
-static int shade(const tracer *t, path *p, closure *closures, bent_ray *ray, const bent_hit *hit,
-                 sample_record *record)
+/* What a batch of paths shares while it is shaded. */
+typedef struct batch {
+  reach reach[DIRECT_BATCH];
+  lit_vertex vertices[DIRECT_BATCH];
+  int vertex_count;
+} batch;
+
+/* Puts a vertex on the list of those to be joined with a light, unless it could not scatter the light. */
+static void want_light(const tracer *t, batch *b, path *p, const bent_hit *hit, const shade_point *point,
+                       const closure_set *set)
 {
-  if (p->bounces == 0) {
-    p->winding += hit->swept / M_PI;
-    p->error = hit->fate == BENT_UNRESOLVED || !isfinite(hit->error) ? M_PI : fmin(p->error + hit->error, M_PI);
-    if (!p->described) record->value[CHANNEL_FATE][0] = hit->fate;
-  }
-  if (hit->fate == BENT_ESCAPED || hit->fate == BENT_ESCAPED_FAR) gather_sky(t, p, ray, hit, record);
-  if (hit->fate != BENT_HIT || is_holdout(t, p, hit)) return 0;
+  if (p->last || set->count == set->delta_count || !lights_any(t->scene->lights) ||
+      t->settings->light_sampling == BENT_LIGHTS_SCATTERING)
+    return;
+  lit_vertex *v = &b->vertices[b->vertex_count++];
+  *v = (lit_vertex){.path = p, .hit = hit, .beta = p->beta, .point = *point, .set = *set};
+  sampler_draw(&t->sampler, p->pixel_key, p->sample, SET_VERTEX + SETS_PER_VERTEX * p->vertex + 1, v->u);
+}
+
+/* The camera ray has ended: what the channels say of it as a whole. */
+static void describe_ray(path *p, const bent_hit *hit, sample_record *record)
+{
+  p->winding += hit->swept / M_PI;
+  p->error = hit->fate == BENT_UNRESOLVED || !isfinite(hit->error) ? M_PI : fmin(p->error + hit->error, M_PI);
+  if (!p->described) record->value[CHANNEL_FATE][0] = hit->fate;
+}
+
+/* A surface. Returns 1 if the path goes on along *ray. `closures` is room for those of the surface. */
+static int shade_surface(const tracer *t, batch *b, path *p, const reach *reach, closure *closures, bent_ray *ray,
+                         const bent_hit *hit, sample_record *record)
+{
   surface surface;
   surface_at(t->scene, hit, &surface);
-  if (p->vertex >= VERTICES_MAX) return 0;
+  if (p->vertex >= VERTICES_MAX || !can_leave(t, surface.point.position)) return 0;
   int goes_on = 1;
-  if (!can_leave(t, surface.point.position)) return 0;
   if (surface.see_through) {
     pass_through(t, p, ray, hit);
   } else if (p->last && !shading_may_be_transparent(t->scene->shading, surface.material)) {
-    gather_emission(t, p, shading_emission(t->scene->shading, surface.material, &surface.point), record);
+    const vec3 emission = shading_emission(t->scene->shading, surface.material, &surface.point);
+    gather_emission(t, p, hit, reach, emission, record);
     goes_on = 0;
   } else {
     closure_set set = {.closures = closures};
     shading_evaluate(t->scene->shading, surface.material, &surface.point, &set);
-    gather_emission(t, p, set.emission, record);
+    gather_emission(t, p, hit, reach, set.emission, record);
     if (p->bounces == 0) p->alpha -= v3_average(v3_mul(p->beta, set.holdout));
     if (p->bounces == 0) describe_surface(t, p, hit->length, record, &surface.point, &set);
     describe_features(t, p, record, &surface.point, &set);
-    /* Geodesic light sampling belongs here: the rays that join this point to a light, each with its geometric factor and
-     * weighed against BSDF sampling (whose pdf `scatter` knows), by random set SET_VERTEX + SETS_PER_VERTEX * vertex + 1. */
+    want_light(t, b, p, hit, &surface.point, &set);
     goes_on = scatter(t, p, ray, hit, &surface.point, &set);
   }
   p->vertex++;
   return goes_on;
+}
+
+/* One vertex. Returns 1 if the path goes on along *ray. */
+static int shade(const tracer *t, batch *b, path *p, const reach *reach, closure *closures, bent_ray *ray,
+                 const bent_hit *hit, sample_record *record)
+{
+  if (p->bounces == 0) describe_ray(p, hit, record);
+  if (hit->fate == BENT_ESCAPED || hit->fate == BENT_ESCAPED_FAR) gather_sky(t, p, ray, hit, reach, record);
+  if (hit->fate != BENT_HIT || is_holdout(t, p, hit)) return 0;
+  return shade_surface(t, b, p, reach, closures, ray, hit, record);
 }
 
 /* Writes what is known only at the end. A sample that broken input made NaN counts as black. */
@@ -261,19 +310,41 @@ static void finish(const path *p, sample_record *record, bent_render_statistics 
   statistics->invalid += !valid;
 }
 
-/* Intersects the block's first `count` rays, some at a time: looks for a cancel in between. At the finest tolerances a
- * curved ray takes thousands of chords, milliseconds. */
-static bent_status intersect(const tracer *t, path_block *block, int count, bent_progress *progress, bent_error *error)
+/* At the finest tolerances a curved ray takes thousands of chords, milliseconds. */
+bent_status path_intersect(const tracer *t, int n, const bent_ray *rays, bent_hit *hits, bent_progress *progress,
+                           bent_error *error)
 {
   const int at_a_time = t->angle < 1e-6 ? 16 : 256;
-  for (int begin = 0; begin < count; begin += at_a_time) {
+  for (int begin = 0; begin < n; begin += at_a_time) {
     if (progress && atomic_load_explicit(&progress->cancel, memory_order_relaxed))
       return bent_fail(error, BENT_CANCELLED, "render: cancelled");
-    const int n = count - begin < at_a_time ? count - begin : at_a_time;
+    const int count = n - begin < at_a_time ? n - begin : at_a_time;
     const bent_status status =
-        bent_scene_intersect(t->scene, (size_t)n, block->rays + begin, block->hits + begin, NULL, error);
+        bent_scene_intersect(t->scene, (size_t)count, rays + begin, hits + begin, NULL, error);
     if (status) return status;
   }
+  return BENT_OK;
+}
+
+/* Shades the paths first .. first + count - 1, and lights them. */
+static bent_status shade_batch(const tracer *t, path_block *block, int first, int count,
+                               bent_render_statistics *statistics, bent_progress *progress, bent_error *error)
+{
+  if (block->shadow_count + DIRECT_BATCH * DIRECT_SHADOWS_MAX > SHADOWS) {
+    const bent_status status = direct_trace(t, block, statistics, progress, error);
+    if (status) return status;
+  }
+  batch b;
+  b.vertex_count = 0;
+  direct_reach(t, count, block->paths + first, block->hits + first, b.reach);
+  for (int k = 0; k < count; k++) {
+    const int i = first + k;
+    path *p = &block->paths[i];
+    statistics->unresolved += block->hits[i].fate == BENT_UNRESOLVED;
+    block->goes_on[i] = (uint8_t)shade(t, &b, p, &b.reach[k], block->closures + k * block->lobes, &block->rays[i],
+                                       &block->hits[i], &block->records[p->record]);
+  }
+  direct_draw(t, block, b.vertex_count, b.vertices);
   return BENT_OK;
 }
 
@@ -281,23 +352,27 @@ bent_status path_trace(const tracer *t, path_block *block, int count, const pixe
                        bent_render_statistics *statistics, bent_progress *progress, bent_error *error)
 {
   int alive = 0; /* paths[0 .. alive) live; rays[i] is the next ray of paths[i] */
+  block->shadow_count = 0;
   for (int i = 0; i < count; i++)
     if (start(t, &wanted[i], &block->paths[alive], &block->rays[alive], &block->records[i]))
       block->paths[alive++].record = i;
   while (alive > 0) {
-    const bent_status status = intersect(t, block, alive, progress, error);
-    if (status) return status;
+    bent_status status = path_intersect(t, alive, block->rays, block->hits, progress, error);
     statistics->rays += (uint64_t)alive;
+    for (int first = 0; first < alive && !status; first += DIRECT_BATCH)
+      status = shade_batch(t, block, first, alive - first < DIRECT_BATCH ? alive - first : DIRECT_BATCH, statistics,
+                           progress, error);
+    if (!status) status = direct_trace(t, block, statistics, progress, error);
+    if (status) return status;
     int kept = 0;
     for (int i = 0; i < alive; i++) {
       path *p = &block->paths[i];
-      statistics->unresolved += block->hits[i].fate == BENT_UNRESOLVED;
-      if (shade(t, p, block->closures, &block->rays[i], &block->hits[i], &block->records[p->record])) {
-        if (kept != i) block->paths[kept] = *p, block->rays[kept] = block->rays[i];
-        kept++;
-      } else {
+      if (!block->goes_on[i]) {
         finish(p, &block->records[p->record], statistics);
+        continue;
       }
+      if (kept != i) block->paths[kept] = *p, block->rays[kept] = block->rays[i];
+      kept++;
     }
     alive = kept;
   }

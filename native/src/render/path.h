@@ -7,6 +7,7 @@
 #include "render/camera.h"
 #include "render/channels.h"
 #include "render/filter.h"
+#include "light/lights.h"
 #include "render/sampler.h"
 #include "scene/closure.h"
 
@@ -19,8 +20,17 @@ typedef struct tracer {
   double angle; /* wanted angular error of a ray, radians */
 } tracer;
 
+/* The last scattering of a path, which the light that it meets is weighed by. */
+typedef struct scattering {
+  vec3 position, normal; /* normal: as direct_normal has it */
+  vec3 direction;        /* drawn */
+  double pdf;            /* of the direction, by solid angle; 0: a mirror's or the camera's, which no light sampling finds */
+  double swept;          /* from there to the ray's origin, by way of surfaces that it went through, radians */
+} scattering;
+
 /* A path in the making. */
 typedef struct path {
+  scattering scattered;
   vec3 beta;         /* throughput from here to the camera */
   vec3 radiance;     /* gathered so far */
   vec3 feature_beta; /* throughput of mirrors and glass before the surface that denoising features describe */
@@ -34,14 +44,35 @@ typedef struct path {
   int last;                /* nothing but emission is gathered at the next surface */
 } path;
 
+/* A ray that is to find out what stands between a vertex and a light: the light that it brings if nothing does. */
+typedef struct shadow {
+  int path; /* of the block */
+  light_kind kind;
+  vec3 target;  /* as in light_sample */
+  int instance, triangle; /* that the target lies on; instance -1: none */
+  double swept; /* left until the target, radians */
+  int straight; /* space is flat all the way */
+  int far;      /* the target is in the sky beyond a wormhole */
+  vec3 light;
+  uint32_t transparent; /* surfaces gone through since the camera */
+} shadow;
+
+enum { SHADOWS = 2048 };
+
 /* Room for `capacity` paths in flight in one scene. */
 typedef struct path_block {
   int capacity;
   path *paths;
   bent_ray *rays;
   bent_hit *hits;
+  uint8_t *goes_on;       /* whether a path lives on after this round */
   sample_record *records; /* one a path, kept when the path ends */
-  closure *closures;      /* of the surface that is being shaded */
+  closure *closures;      /* of the surfaces that are being shaded, `lobes` each */
+  int lobes;
+  int shadow_count;       /* of at most SHADOWS */
+  shadow *shadows;
+  bent_ray *shadow_rays;
+  bent_hit *shadow_hits;
 } path_block;
 
 bent_status path_block_new(path_block *out, const bent_scene *scene, int capacity, bent_error *error);
@@ -52,6 +83,13 @@ typedef struct pixel_sample {
   uint32_t x, y, sample;
 } pixel_sample;
 
+/* Points `ray`, whose visibility is set, away from a surface, or from the camera if that is NULL. */
+void path_set_ray(const tracer *t, bent_ray *ray, vec3 origin, vec3 direction, const bent_hit *surface);
+/* Intersects n rays, some at a time: looks for a cancel in between. */
+bent_status path_intersect(const tracer *t, int n, const bent_ray *rays, bent_hit *hits, bent_progress *progress,
+                           bent_error *error);
+/* What a contribution to the picture counts, limited if its light was scattered more than once (Cycles: clamp indirect). */
+vec3 path_limited(const tracer *t, uint32_t bounces, vec3 contribution);
 void tracer_init(tracer *tracer, const bent_scene *scene, const bent_render_settings *settings);
 /* Traces `count` <= capacity pixel samples to their ends; records[i] is the answer to wanted[i] and depends on nothing
  * else. Looks at `progress` for a cancel, then returns BENT_CANCELLED and no record is valid. */

@@ -40,6 +40,8 @@ static bent_status check(const bent_scene *scene, const bent_render_settings *s,
   if (!(s->clamp_indirect >= 0))
     return bent_fail(error, BENT_ERROR_ARGUMENT, "render: clamp_indirect must not be negative, got %g",
                      s->clamp_indirect);
+  if ((unsigned)s->light_sampling >= BENT_LIGHT_SAMPLINGS)
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "render: there is no light_sampling %d", (int)s->light_sampling);
   if (!(s->alpha_threshold >= 0 && s->alpha_threshold <= 1))
     return bent_fail(error, BENT_ERROR_ARGUMENT, "render: alpha_threshold must lie in [0, 1], got %g",
                      s->alpha_threshold);

@@ -5,7 +5,7 @@
 
 #include "geometry/geometry.h"
 #include "render/camera.h"
-#include "render/suns.h"
+#include "light/lights.h"
 #include "scene/shading.h"
 
 bent_status bent_scene_new(bent_scene **out, bent_error *error)
@@ -25,6 +25,8 @@ void bent_scene_free(bent_scene *scene)
 {
   if (!scene) return;
   camera_free(scene->camera);
+  lights_free(scene->lights);
+  lamps_free(scene->lamps);
   suns_free(scene->suns);
   shading_free(scene->shading);
   geometry_free(scene->geometry);
@@ -33,7 +35,16 @@ void bent_scene_free(bent_scene *scene)
 
 bent_status bent_scene_commit(bent_scene *scene, bent_progress *progress, bent_error *error)
 {
-  const bent_status status = geometry_commit(scene->geometry, progress, error);
+  bent_status status = geometry_commit(scene->geometry, progress, error);
+  if (!status && !scene->lights_valid) {
+    lights *lights;
+    status = lights_new(scene, &lights, error);
+    if (!status) {
+      lights_free(scene->lights);
+      scene->lights = lights;
+      scene->lights_valid = 1;
+    }
+  }
   scene->committed = !status;
   return status;
 }

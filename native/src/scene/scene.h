@@ -6,13 +6,21 @@
 typedef struct geometry geometry;     /* meshes, instances, spacetime objects and Embree: geometry/geometry.h */
 typedef struct shading shading;       /* images, materials, world program: scene/shading.h */
 typedef struct camera camera;         /* render/camera.h */
-typedef struct suns suns;             /* render/suns.h */
+typedef struct suns suns;             /* light/suns.h */
+typedef struct lamps lamps;           /* light/lamps.h */
+typedef struct lights lights;         /* all that shines, made by commit: light/lights.h */
 
 struct bent_scene {
   geometry *geometry;
   shading *shading;
   camera *camera;
-  suns *suns;
+  suns *suns;   /* NULL: none, as the lamps */
+  lamps *lamps;
+  lights *lights; /* NULL before the first commit */
   int committed;
+  int lights_valid; /* nothing that shines, or where it stands, has changed since they were made */
 };
+
+/* Marks a scene that takes a commit for more than its camera. */
+static inline void scene_edited(bent_scene *scene) { scene->committed = scene->lights_valid = 0; }
 #endif

@@ -58,6 +58,7 @@ bent_status bent_scene_update_image(bent_scene *scene, int index, const bent_ima
   shading *s = scene->shading;
   if (index < 0 || index >= s->image_count)
     return bent_fail(error, BENT_ERROR_ARGUMENT, "update_image: no image %d", index);
+  scene_edited(scene);
   return image_make(&s->images[index], source, error);
 }
 
@@ -76,12 +77,14 @@ bent_status bent_scene_update_material(bent_scene *scene, int index, const bent_
   shading *s = scene->shading;
   if (index < 0 || index >= s->material_count)
     return bent_fail(error, BENT_ERROR_ARGUMENT, "update_material: no material %d", index);
+  scene_edited(scene);
   return program_make(&s->materials[index], source, s->image_count, error);
 }
 
 bent_status bent_scene_set_world(bent_scene *scene, const bent_program *source, bent_error *error)
 {
   shading *s = scene->shading;
+  scene_edited(scene);
   if (!source) {
     program_free(&s->world);
     s->has_world = 0;

@@ -38,3 +38,10 @@ void bent_local_from_covector(const bent_spacetime *s, const double position[3],
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++) matrix[i][j] = i == j;
 }
+
+double bent_length_scale(const bent_spacetime *s, const double position[3])
+{
+  if (bent_spacetime_is_flat(s) || s->chart != BENT_CHART_ISOTROPIC) return 1;
+  const double radius = v3_length(v3_from(position)), part = bent_spacetime_core_radius(s) / radius;
+  return s->kind == BENT_ELLIS ? 1 + part * part : (1 + part) * (1 + part);
+}

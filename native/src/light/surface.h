@@ -1,7 +1,7 @@
 /* From a hit to what a material needs to know about the place. The only part of rendering that meets curved space: it
  * turns normals and tangents into the local frame of the observer at rest there. */
-#ifndef BENT_RENDER_SURFACE_H
-#define BENT_RENDER_SURFACE_H
+#ifndef BENT_LIGHT_SURFACE_H
+#define BENT_LIGHT_SURFACE_H
 #include "bentlight/intersect.h"
 #include "scene/shading.h"
 

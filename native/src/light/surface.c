@@ -1,5 +1,5 @@
 /* See surface.h. */
-#include "render/surface.h"
+#include "light/surface.h"
 
 #include "geometry/geometry.h"
 #include "scene/scene.h"

@@ -1,0 +1,307 @@
+/* See lights.h. */
+#include "light/lights.h"
+
+#include <stdint.h>
+#include <stdlib.h>
+
+#include "geometry/geometry.h"
+#include "light/join.h"
+#include "light/light_tree.h"
+#include "light/sky_map.h"
+#include "light/surface.h"
+#include "scene/shading.h"
+
+/* What the tree holds: a triangle, or (instance < 0) a lamp. */
+typedef struct emitter {
+  int32_t instance, index;
+} emitter;
+
+struct lights {
+  size_t count, capacity;
+  emitter *emitters;
+  light_cluster *clusters; /* of the emitters; only while the tree is built */
+  light_tree *tree;        /* NULL without emitters */
+  int32_t **of_triangle;   /* for each instance NULL, or for each of its triangles the emitter, or -1 */
+  size_t instance_count;
+  double *sun_weight;      /* irradiance, about */
+  double suns_weight, sky_weight;
+  sky_map *sky; /* NULL: not worth drawing */
+};
+
+/* Where a triangle's mean radiance is looked at: one of Stroud's rules of second degree, and its middle. */
+static const double PROBES[4][2] = {{1.0 / 3, 1.0 / 3}, {1.0 / 6, 1.0 / 6}, {2.0 / 3, 1.0 / 6}, {1.0 / 6, 2.0 / 3}};
+/* A group of lights is drawn at least this often. */
+static const double GROUP_SHARE_MIN = 0.05;
+
+static int push(lights *l, emitter e, const light_cluster *cluster)
+{
+  if (l->count == l->capacity) {
+    const size_t capacity = l->capacity ? 2 * l->capacity : 256;
+    emitter *emitters = realloc(l->emitters, capacity * sizeof *emitters);
+    if (emitters) l->emitters = emitters;
+    light_cluster *clusters = realloc(l->clusters, capacity * sizeof *clusters);
+    if (clusters) l->clusters = clusters;
+    if (!emitters || !clusters) return 0;
+    l->capacity = capacity;
+  }
+  l->emitters[l->count] = e;
+  l->clusters[l->count++] = *cluster;
+  return 1;
+}
+
+/* Vertex i of a triangle is corner[i]; half the cross product of two edges is its area vector. */
+static vec3 triangle_area(const geometry *g, int instance, int triangle, vec3 corner[3])
+{
+  for (int i = 0; i < 3; i++) corner[i] = geometry_vertex(g, instance, triangle, i);
+  return v3_scale(v3_cross(v3_sub(corner[1], corner[0]), v3_sub(corner[2], corner[0])), 0.5);
+}
+
+static vec3 triangle_at(const vec3 corner[3], const double b[2])
+{
+  return v3_mad(corner[1], b[0], v3_mad(corner[2], b[1], v3_scale(corner[0], 1 - b[0] - b[1])));
+}
+
+/* Radiance that a place of a triangle sends back along `direction`. */
+static vec3 radiance_at(const bent_scene *scene, int instance, int triangle, const double b[2], vec3 position,
+                        vec3 direction)
+{
+  bent_hit hit = {.instance = instance, .triangle = triangle, .barycentric = {b[0], b[1]}};
+  v3_to(hit.position, position);
+  v3_to(hit.direction, direction);
+  surface surface;
+  surface_at(scene, &hit, &surface);
+  if (surface.see_through) return v3(0, 0, 0);
+  return shading_emission(scene->shading, surface.material, &surface.point);
+}
+
+static double brightness(vec3 radiance)
+{
+  const double value = v3_average(radiance);
+  return value > 0 && isfinite(value) ? value : 0;
+}
+
+static int material_of(const geometry *g, const instance *i, size_t triangle)
+{
+  const uint32_t *slots = g->meshes[i->mesh].material_slots, slot = slots ? slots[triangle] : 0;
+  return slot < i->material_count ? i->materials[slot] : -1;
+}
+
+/* Adds a triangle if it shines; returns 0 only when out of memory. */
+static int add_triangle(lights *l, const bent_scene *scene, int instance, int triangle)
+{
+  vec3 corner[3];
+  const vec3 area = triangle_area(scene->geometry, instance, triangle, corner);
+  const double size = v3_length(area);
+  if (!(size > 0)) return 1;
+  const vec3 normal = v3_scale(area, 1 / size);
+  double front = 0, back = 0;
+  for (int i = 0; i < 4; i++) {
+    const vec3 at = triangle_at(corner, PROBES[i]);
+    front += brightness(radiance_at(scene, instance, triangle, PROBES[i], at, v3_scale(normal, -1))) / 4;
+    back += brightness(radiance_at(scene, instance, triangle, PROBES[i], at, normal)) / 4;
+  }
+  if (!(front + back > 0)) return 1;
+  light_cluster c = {.low = corner[0], .high = corner[0], .power = max2(front, back) * size,
+                     .axis = front > 0 ? normal : v3_scale(normal, -1), .cos_normals = front > 0 && back > 0 ? -1 : 1};
+  for (int i = 1; i < 3; i++) {
+    c.low = v3(min2(c.low.x, corner[i].x), min2(c.low.y, corner[i].y), min2(c.low.z, corner[i].z));
+    c.high = v3(max2(c.high.x, corner[i].x), max2(c.high.y, corner[i].y), max2(c.high.z, corner[i].z));
+  }
+  l->of_triangle[instance][triangle] = (int32_t)l->count;
+  return push(l, (emitter){instance, triangle}, &c);
+}
+
+static int add_instance(lights *l, const bent_scene *scene, int index)
+{
+  const geometry *g = scene->geometry;
+  const instance *i = &g->instances[index];
+  const size_t triangles = g->meshes[i->mesh].triangle_count;
+  int shines = 0;
+  for (size_t m = 0; m < i->material_count; m++) shines |= shading_may_emit(scene->shading, i->materials[m]);
+  if (!shines || !(i->visibility & BENT_VISIBLE_ALL & ~BENT_VISIBLE_CAMERA)) return 1;
+  l->of_triangle[index] = malloc(triangles * sizeof **l->of_triangle);
+  if (!l->of_triangle[index]) return 0;
+  for (size_t t = 0; t < triangles; t++) {
+    l->of_triangle[index][t] = -1;
+    if (shading_may_emit(scene->shading, material_of(g, i, t)) && !add_triangle(l, scene, index, (int)t)) return 0;
+  }
+  return 1;
+}
+
+/* A lamp's mean intensity, from the corners of a cube and the middles of its faces, which a narrow beam may miss. */
+static int add_lamp(lights *l, const bent_scene *scene, int index)
+{
+  const lamp *lamp = &scene->lamps->list[index];
+  double sum = 0;
+  for (int i = 0; i < 27; i++) {
+    const vec3 own = v3(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+    if (i != 13) sum += brightness(lamp_intensity(scene, lamp, v3_normalize(mat4_vector(&lamp->world_from_lamp, own))));
+  }
+  const light_cluster c = {.low = lamp->position, .high = lamp->position, .power = sum / 26 + 1e-30, .around = 1};
+  return push(l, (emitter){-1, index}, &c);
+}
+
+static int add_suns(lights *l, const suns *suns)
+{
+  if (!suns || !suns->count) return 1;
+  l->sun_weight = malloc(suns->count * sizeof *l->sun_weight);
+  if (!l->sun_weight) return 0;
+  for (size_t i = 0; i < suns->count; i++) {
+    const sun *s = &suns->list[i];
+    l->sun_weight[i] = brightness(s->radiance) * (s->solid_angle > 0 ? s->solid_angle : 1);
+    l->suns_weight += l->sun_weight[i];
+  }
+  return 1;
+}
+
+static int is_bent(const geometry *g)
+{
+  for (size_t i = 0; i < g->lens_count; i++)
+    if (!g->lenses[i].flat) return 1;
+  return 0;
+}
+
+bent_status lights_new(const bent_scene *scene, lights **out, bent_error *error)
+{
+  const geometry *g = scene->geometry;
+  lights *l = calloc(1, sizeof *l);
+  if (l) l->of_triangle = calloc(g->instance_count + 1, sizeof *l->of_triangle);
+  int ok = l && l->of_triangle;
+  if (ok) l->instance_count = g->instance_count;
+  for (size_t i = 0; ok && i < g->instance_count; i++) ok = add_instance(l, scene, (int)i);
+  for (size_t i = 0; ok && scene->lamps && i < scene->lamps->count; i++) ok = add_lamp(l, scene, (int)i);
+  if (ok) ok = add_suns(l, scene->suns);
+  bent_status status = ok ? BENT_OK : bent_fail(error, BENT_ERROR_MEMORY, "lights: out of memory");
+  if (!status && l->count) status = light_tree_new(l->clusters, l->count, is_bent(g), &l->tree, error);
+  if (!status) status = sky_map_new(scene->shading, &l->sky, error);
+  if (status) {
+    lights_free(l);
+    return status;
+  }
+  l->sky_weight = l->sky ? M_PI * sky_map_mean(l->sky) : 0;
+  free(l->clusters);
+  l->clusters = NULL;
+  *out = l;
+  return BENT_OK;
+}
+
+void lights_free(lights *l)
+{
+  if (!l) return;
+  for (size_t i = 0; l->of_triangle && i < l->instance_count; i++) free(l->of_triangle[i]);
+  free(l->of_triangle);
+  free(l->emitters);
+  free(l->clusters);
+  free(l->sun_weight);
+  light_tree_free(l->tree);
+  sky_map_free(l->sky);
+  free(l);
+}
+
+int lights_any(const lights *l) { return l->tree || l->suns_weight > 0 || l->sky; }
+
+/* How often each group of lights is drawn for a point. */
+typedef struct shares {
+  double tree, suns, sky;
+} shares;
+
+static shares shares_at(const lights *l, vec3 point, vec3 normal)
+{
+  const double tree = l->tree ? light_tree_weight(l->tree, point, normal) : 0;
+  const double total = tree + l->suns_weight + l->sky_weight, least = GROUP_SHARE_MIN * total;
+  const shares raised = {tree > 0 ? max2(tree, least) : 0, l->suns_weight > 0 ? max2(l->suns_weight, least) : 0,
+                         l->sky ? max2(l->sky_weight, least) : 0};
+  const double sum = raised.tree + raised.suns + raised.sky;
+  if (!(sum > 0 && isfinite(sum))) return (shares){0, 0, 0};
+  return (shares){raised.tree / sum, raised.suns / sum, raised.sky / sum};
+}
+
+static void place_on_triangle(const bent_scene *scene, const emitter *e, double u, double v, light_sample *out)
+{
+  vec3 corner[3];
+  const vec3 area = triangle_area(scene->geometry, e->instance, e->index, corner);
+  const double root = sqrt(u); /* even over the area (Turk 1990) */
+  out->kind = LIGHT_TRIANGLE;
+  out->index = e->instance;
+  out->triangle = e->index;
+  out->barycentric[0] = root * (1 - v), out->barycentric[1] = root * v;
+  out->target = triangle_at(corner, out->barycentric);
+  out->area = join_local_area(scene->geometry, out->target, area);
+}
+
+static int draw_emitter(const lights *l, const bent_scene *scene, vec3 point, vec3 normal, double pick, double u, double v,
+                        light_sample *out)
+{
+  double probability;
+  const int chosen = light_tree_draw(l->tree, point, normal, &pick, &probability);
+  if (chosen < 0) return 0;
+  const emitter *e = &l->emitters[chosen];
+  if (e->instance >= 0) place_on_triangle(scene, e, u, v, out);
+  else *out = (light_sample){.kind = LIGHT_LAMP, .index = e->index, .target = scene->lamps->list[e->index].position};
+  out->probability = probability;
+  return 1;
+}
+
+static void draw_sun(const lights *l, const bent_scene *scene, double pick, double u, double v, light_sample *out)
+{
+  size_t i = 0;
+  double rest = pick * l->suns_weight;
+  while (i + 1 < scene->suns->count && rest >= l->sun_weight[i]) rest -= l->sun_weight[i++];
+  *out = (light_sample){.kind = LIGHT_SUN, .index = (int)i, .target = sun_draw(&scene->suns->list[i], u, v),
+                        .probability = l->sun_weight[i] / l->suns_weight};
+}
+
+int lights_draw(const lights *l, const bent_scene *scene, vec3 point, vec3 normal, const double u[4], light_sample *out)
+{
+  const shares share = shares_at(l, point, normal);
+  double pick = u[0], group = share.tree;
+  if (pick < share.tree) {
+    if (!draw_emitter(l, scene, point, normal, min2(pick / share.tree, 1 - 1e-9), u[1], u[2], out)) return 0;
+  } else if ((pick -= share.tree) < share.suns) {
+    group = share.suns;
+    draw_sun(l, scene, min2(pick / share.suns, 1 - 1e-9), u[1], u[2], out);
+  } else if (share.sky > 0) {
+    group = share.sky;
+    *out = (light_sample){.kind = LIGHT_SKY};
+    out->probability = sky_map_draw(l->sky, u[1], u[2], &out->target);
+  } else {
+    return 0;
+  }
+  out->probability *= group;
+  return out->probability > 0;
+}
+
+vec3 lights_radiance(const bent_scene *scene, const light_sample *s, vec3 arrival)
+{
+  return radiance_at(scene, s->index, s->triangle, s->barycentric, s->target, arrival);
+}
+
+vec3 lights_triangle_area(const bent_scene *scene, int instance, int triangle, vec3 position)
+{
+  vec3 corner[3];
+  return join_local_area(scene->geometry, position, triangle_area(scene->geometry, instance, triangle, corner));
+}
+
+int lights_draw_triangle(const lights *l, int instance, int triangle)
+{
+  return l->of_triangle[instance] && l->of_triangle[instance][triangle] >= 0;
+}
+
+int lights_draw_sky(const lights *l) { return l->suns_weight > 0 || l->sky; }
+
+double lights_triangle_probability(const lights *l, int instance, int triangle, vec3 point, vec3 normal)
+{
+  if (!lights_draw_triangle(l, instance, triangle)) return 0;
+  const int emitter = l->of_triangle[instance][triangle];
+  return shares_at(l, point, normal).tree * light_tree_probability(l->tree, emitter, point, normal);
+}
+
+double lights_sun_probability(const lights *l, size_t sun, vec3 point, vec3 normal)
+{
+  return l->suns_weight > 0 ? shares_at(l, point, normal).suns * l->sun_weight[sun] / l->suns_weight : 0;
+}
+
+double lights_sky_pdf(const lights *l, vec3 direction, vec3 point, vec3 normal)
+{
+  return l->sky ? shares_at(l, point, normal).sky * sky_map_pdf(l->sky, direction) : 0;
+}

@@ -1,0 +1,45 @@
+/* Everything in a scene that shines, and the choice of one light for a shaded point: emissive triangles and lamps by a
+ * light tree, suns, and the sky by its map. Made by commit, read-only afterwards. */
+#ifndef BENT_LIGHT_LIGHTS_H
+#define BENT_LIGHT_LIGHTS_H
+#include "base/vec3.h"
+#include "light/lamps.h"
+#include "light/suns.h"
+#include "scene/scene.h"
+
+typedef struct lights lights;
+
+typedef enum light_kind { LIGHT_TRIANGLE, LIGHT_LAMP, LIGHT_SUN, LIGHT_SKY } light_kind;
+
+/* A place on a light, or a direction in which it stands in the sky. */
+typedef struct light_sample {
+  light_kind kind;
+  int index;    /* of the instance, lamp or sun */
+  int triangle; /* of the instance */
+  double barycentric[2];
+  vec3 target;        /* world position; of suns and sky: unit asymptotic direction */
+  vec3 area;          /* triangle: its area vector, as the observer at rest at the target measures it */
+  double probability; /* of the triangle, lamp or sun, whose places are equally likely; of the sky: pdf by solid angle */
+} light_sample;
+
+/* Lights of a scene whose geometry is committed. */
+bent_status lights_new(const bent_scene *scene, lights **out, bent_error *error);
+void lights_free(lights *lights);
+
+/* Whether there is anything to draw. */
+int lights_any(const lights *lights);
+/* A light for `point`, drawn by u; returns 0 if none can reach it. normal: as in light_tree_weight. */
+int lights_draw(const lights *lights, const bent_scene *scene, vec3 point, vec3 normal, const double u[4],
+                light_sample *out);
+/* Radiance that a drawn place of a triangle sends back along the direction in which a ray arrives there. */
+vec3 lights_radiance(const bent_scene *scene, const light_sample *triangle, vec3 arrival);
+/* The area vector of a triangle, as the observer at rest at `position` measures it. */
+vec3 lights_triangle_area(const bent_scene *scene, int instance, int triangle, vec3 position);
+/* Whether lights_draw may choose a triangle, or anything in the sky. */
+int lights_draw_triangle(const lights *lights, int instance, int triangle);
+int lights_draw_sky(const lights *lights);
+/* What lights_draw has as `probability` of a triangle, a sun or a direction of the sky; 0 if it never draws it. */
+double lights_triangle_probability(const lights *lights, int instance, int triangle, vec3 point, vec3 normal);
+double lights_sun_probability(const lights *lights, size_t sun, vec3 point, vec3 normal);
+double lights_sky_pdf(const lights *lights, vec3 direction, vec3 point, vec3 normal);
+#endif

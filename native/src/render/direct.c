@@ -1,0 +1,281 @@
+/* See direct.h. */
+#include "render/direct.h"
+
+#include "render/bsdf.h"
+#include "scene/scene.h"
+
+enum { VISIBLE_SCATTERING = BENT_VISIBLE_DIFFUSE | BENT_VISIBLE_GLOSSY | BENT_VISIBLE_TRANSMISSION };
+/* Fainter images than this part of a vertex' brightest one get a shadow ray by chance only. */
+static const double FAINT = 0.05;
+
+vec3 direct_normal(const shade_point *point, const closure_set *set)
+{
+  for (int i = 0; i < set->count; i++) {
+    const closure_kind kind = set->closures[i].kind;
+    if (kind == CLOSURE_GLASS || kind == CLOSURE_REFRACTION || kind == CLOSURE_TRANSLUCENT) return v3(0, 0, 0);
+  }
+  return point->geometric_normal;
+}
+
+/* The power heuristic of Veach & Guibas (1995) for a sample of pdf `own` that could also have come with pdf `other`. */
+static double heuristic(double own, double other)
+{
+  const double ratio = other / own;
+  return 1 / (1 + ratio * ratio);
+}
+
+/* ---- What scattering has met ---- */
+
+void direct_reach(const tracer *t, int count, const path *paths, const bent_hit *hits, reach *out)
+{
+  const lights *lights = t->scene->lights;
+  vec3 from[3][DIRECT_BATCH], to[3][DIRECT_BATCH]; /* places, the sky, the far sky */
+  int path_of[3][DIRECT_BATCH], n[3] = {0};
+  for (int i = 0; i < count; i++) {
+    const bent_hit *hit = &hits[i];
+    out[i] = (reach){0};
+    if (!(paths[i].scattered.pdf > 0) || t->settings->light_sampling == BENT_LIGHTS_SCATTERING) continue;
+    const int is_place = hit->fate == BENT_HIT && lights_draw_triangle(lights, hit->instance, hit->triangle);
+    const int is_sky = (hit->fate == BENT_ESCAPED || hit->fate == BENT_ESCAPED_FAR) && lights_draw_sky(lights);
+    if (!is_place && !is_sky) continue;
+    const int list = is_place ? 0 : hit->fate == BENT_ESCAPED ? 1 : 2;
+    from[list][n[list]] = paths[i].scattered.position;
+    to[list][n[list]] = v3_from(is_place ? hit->position : hit->direction);
+    path_of[list][n[list]++] = i;
+  }
+  for (int list = 0; list < 3; list++) {
+    joints found[DIRECT_BATCH];
+    if (!n[list]) continue;
+    if (list == 0) join_points(t->scene->geometry, (size_t)n[0], from[0], to[0], found);
+    else join_sky(t->scene->geometry, (size_t)n[list], from[list], to[list], list == 2, found);
+    for (int k = 0; k < n[list]; k++) {
+      const int i = path_of[list][k];
+      const joint *j = joints_find(&found[k], paths[i].scattered.direction, paths[i].scattered.swept + hits[i].swept);
+      if (j) out[i] = (reach){1, j->spread, j->arrival};
+    }
+  }
+}
+
+/* The weight against a connection of pdf `pdf`, by solid angle. Lights that are not for every kind of scattering, or cast
+ * no shadow, are left to connections: by the kind of lobe that a ray was drawn from they could not be told. */
+static double weight_against(const tracer *t, const path *p, double pdf, uint32_t visibility)
+{
+  if (t->settings->light_sampling == BENT_LIGHTS_CONNECTIONS) return 0;
+  if (visibility & BENT_SHADOWLESS || (visibility & VISIBLE_SCATTERING) != VISIBLE_SCATTERING) return 0;
+  return heuristic(p->scattered.pdf, pdf);
+}
+
+double direct_weight_emission(const tracer *t, const path *p, const reach *reach, const bent_hit *hit)
+{
+  if (!reach->joined) return 1;
+  const geometry *g = t->scene->geometry;
+  const double probability = lights_triangle_probability(t->scene->lights, hit->instance, hit->triangle,
+                                                         p->scattered.position, p->scattered.normal);
+  if (!(probability > 0)) return 1;
+  const vec3 area = lights_triangle_area(t->scene, hit->instance, hit->triangle, v3_from(hit->position));
+  const double pdf = probability * reach->spread / fabs(v3_dot(area, reach->arrival));
+  return weight_against(t, p, pdf, g->instances[hit->instance].visibility);
+}
+
+double direct_weight_sun(const tracer *t, const path *p, const reach *reach, size_t index)
+{
+  if (!reach->joined) return 1;
+  const sun *s = &t->scene->suns->list[index];
+  const double probability = lights_sun_probability(t->scene->lights, index, p->scattered.position, p->scattered.normal);
+  return probability > 0 ? weight_against(t, p, probability / s->solid_angle * reach->spread, s->visibility) : 1;
+}
+
+double direct_weight_sky(const tracer *t, const path *p, const reach *reach, vec3 direction)
+{
+  if (!reach->joined) return 1;
+  const double pdf = lights_sky_pdf(t->scene->lights, direction, p->scattered.position, p->scattered.normal);
+  return pdf > 0 ? weight_against(t, p, pdf * reach->spread, VISIBLE_SCATTERING) : 1;
+}
+
+/* ---- Connections with lights that are drawn ---- */
+
+/* What a light sends along one connection. */
+typedef struct beam {
+  vec3 light; /* radiance; of a point: radiance times solid angle */
+  double pdf; /* with which the connection was drawn, by solid angle at the vertex; of a point: its probability */
+  int point;
+  uint32_t visibility;
+} beam;
+
+static beam beam_of(const bent_scene *scene, const light_sample *s, const joint *j)
+{
+  beam b = {.pdf = s->probability * j->spread, .visibility = VISIBLE_SCATTERING};
+  if (s->kind == LIGHT_TRIANGLE) {
+    b.pdf /= fabs(v3_dot(s->area, j->arrival));
+    b.visibility = scene->geometry->instances[s->index].visibility;
+    b.light = lights_radiance(scene, s, j->arrival);
+  } else if (s->kind == LIGHT_LAMP) {
+    b.point = 1;
+    b.visibility = scene->lamps->list[s->index].visibility;
+    b.light = lamp_intensity(scene, &scene->lamps->list[s->index], v3_scale(j->arrival, -1));
+  } else if (s->kind == LIGHT_SUN) {
+    const sun *sun = &scene->suns->list[s->index];
+    b.point = sun->solid_angle == 0;
+    if (!b.point) b.pdf /= sun->solid_angle;
+    b.visibility = sun->visibility;
+    b.light = sun->radiance;
+  } else {
+    b.light = shading_sky(scene->shading, s->target);
+  }
+  return b;
+}
+
+/* The light that a vertex passes on to the camera from one connection, if nothing is in its way. */
+static vec3 joined_light(const tracer *t, const lit_vertex *v, const light_sample *s, const joint *j, int *shadowless)
+{
+  const vec3 dark = v3(0, 0, 0);
+  const beam b = beam_of(t->scene, s, j);
+  *shadowless = b.visibility & BENT_SHADOWLESS;
+  if (!(b.pdf > 0) || !isfinite(b.pdf) || !(v3_max(b.light) > 0)) return dark;
+  double pdf;
+  const vec3 value = bsdf_evaluate(&v->set, &v->point, j->launch, b.visibility, &pdf);
+  if (!(v3_max(value) > 0)) return dark;
+  const int weighed = !b.point && t->settings->light_sampling == BENT_LIGHTS_BOTH && !*shadowless &&
+                      (b.visibility & VISIBLE_SCATTERING) == VISIBLE_SCATTERING;
+  const double weight = (weighed ? heuristic(b.pdf, pdf) : 1) / b.pdf;
+  const vec3 light = path_limited(t, v->path->bounces + 1, v3_mul(v->beta, v3_scale(v3_mul(value, b.light), weight)));
+  return v3_is_finite(light) ? light : dark;
+}
+
+static void add_shadow(const tracer *t, path_block *block, const lit_vertex *v, const light_sample *s, const joint *j,
+                       int straight, int far, vec3 light)
+{
+  const int i = block->shadow_count++, sky = s->kind == LIGHT_SUN || s->kind == LIGHT_SKY;
+  block->shadows[i] = (shadow){.path = (int)(v->path - block->paths), .kind = s->kind, .target = s->target,
+                               .instance = s->kind == LIGHT_TRIANGLE ? s->index : -1, .triangle = s->triangle,
+                               .swept = j->swept, .straight = straight, .far = far, .light = light,
+                               .transparent = v->path->transparent};
+  bent_ray *ray = &block->shadow_rays[i];
+  *ray = (bent_ray){.length_max = INFINITY, .visibility = BENT_SHADOW};
+  path_set_ray(t, ray, v->point.position, j->launch, v->hit);
+  if (straight && !sky) ray->length_max = sqrt(j->spread);
+}
+
+/* Shadows of all connections of a vertex with its light; of faint ones by Russian roulette. */
+static void add_shadows(const tracer *t, path_block *block, const lit_vertex *v, const light_sample *s,
+                        const joints *joints, int far, double u)
+{
+  vec3 light[JOINTS_MAX];
+  int shadowless = 0;
+  double brightest = 0;
+  for (int k = 0; k < joints->count; k++) {
+    light[k] = joined_light(t, v, s, &joints->list[k], &shadowless);
+    brightest = max2(brightest, v3_max(light[k]));
+  }
+  for (int k = 0; k < joints->count; k++) {
+    const double chance = min2(v3_max(light[k]) / (FAINT * brightest), 1);
+    if (!(chance > 0) || u >= chance) continue;
+    light[k] = v3_scale(light[k], 1 / chance);
+    if (shadowless) v->path->radiance = v3_add(v->path->radiance, light[k]);
+    else add_shadow(t, block, v, s, &joints->list[k], joints->straight, far, light[k]);
+  }
+}
+
+void direct_draw(const tracer *t, path_block *block, int count, const lit_vertex *vertices)
+{
+  const bent_scene *scene = t->scene;
+  light_sample sample[DIRECT_BATCH];
+  vec3 from[2][DIRECT_BATCH], to[2][DIRECT_BATCH]; /* to places, to the sky */
+  int vertex_of[2][DIRECT_BATCH], n[2] = {0};
+  for (int i = 0; i < count; i++) {
+    const lit_vertex *v = &vertices[i];
+    if (!lights_draw(scene->lights, scene, v->point.position, direct_normal(&v->point, &v->set), v->u, &sample[i]))
+      continue;
+    const int list = sample[i].kind == LIGHT_SUN || sample[i].kind == LIGHT_SKY;
+    from[list][n[list]] = v->point.position;
+    to[list][n[list]] = sample[i].target;
+    vertex_of[list][n[list]++] = i;
+  }
+  for (int pass = 0; pass < 3; pass++) { /* places, the sky, the far sky */
+    const int list = pass > 0, far = pass == 2;
+    joints found[DIRECT_BATCH];
+    if (!n[list] || (far && !join_has_far_sky(scene->geometry))) continue;
+    if (pass == 0) join_points(scene->geometry, (size_t)n[0], from[0], to[0], found);
+    else join_sky(scene->geometry, (size_t)n[1], from[1], to[1], far, found);
+    for (int k = 0; k < n[list]; k++) {
+      const int i = vertex_of[list][k];
+      add_shadows(t, block, &vertices[i], &sample[i], &found[k], far, vertices[i].u[3]);
+    }
+  }
+}
+
+/* ---- Shadows ---- */
+
+/* Whether a surface that a shadow ray has met stands before its target. */
+static int is_before(const shadow *s, const bent_ray *ray, const bent_hit *hit)
+{
+  if (s->kind == LIGHT_SUN || s->kind == LIGHT_SKY) return 1;
+  const double left = s->swept - hit->swept;
+  if (fabs(left) > 0.1) return left > 0;
+  /* the rest of the way is nearly straight */
+  if (hit->instance == s->instance && hit->triangle == s->triangle) return 0;
+  const vec3 to = v3_sub(s->target, v3_from(hit->position)), way = v3_sub(s->target, v3_from(ray->origin));
+  const double slack = 1e-6 * v3_length(way) + (s->straight ? 0 : 4 * ray->tolerance);
+  return v3_dot(to, v3_from(hit->direction)) > slack;
+}
+
+/* Whether a shadow ray that has met nothing has come to where its target is. */
+static int arrives(const shadow *s, const bent_hit *hit)
+{
+  if (hit->fate == BENT_UNRESOLVED) return 0;
+  if (s->kind == LIGHT_SUN || s->kind == LIGHT_SKY) return hit->fate == (s->far ? BENT_ESCAPED_FAR : BENT_ESCAPED);
+  return 1; /* behind a target it may end as it likes */
+}
+
+/* What part of the light a surface lets straight through. */
+static vec3 transmitted(const tracer *t, const path_block *block, const bent_hit *hit)
+{
+  surface surface;
+  surface_at(t->scene, hit, &surface);
+  if (surface.see_through) return v3_splat(1);
+  vec3 sum = v3(0, 0, 0);
+  if (!shading_may_be_transparent(t->scene->shading, surface.material)) return sum;
+  closure_set set = {.closures = block->closures};
+  shading_evaluate(t->scene->shading, surface.material, &surface.point, &set);
+  for (int i = 0; i < set.count; i++)
+    if (set.closures[i].kind == CLOSURE_TRANSPARENT) sum = v3_add(sum, set.closures[i].weight);
+  return sum;
+}
+
+/* One step of a shadow; returns 1 if it goes on along *ray behind a surface that it could see through. */
+static int shadow_step(const tracer *t, path_block *block, shadow *s, bent_ray *ray, const bent_hit *hit)
+{
+  if (hit->fate != BENT_HIT || !is_before(s, ray, hit)) {
+    path *p = &block->paths[s->path];
+    if (hit->fate == BENT_HIT || arrives(s, hit)) p->radiance = v3_add(p->radiance, s->light);
+    return 0;
+  }
+  if (s->transparent++ >= t->settings->transparent_bounces) return 0;
+  s->light = v3_mul(s->light, transmitted(t, block, hit));
+  if (!(v3_max(s->light) > 0)) return 0;
+  s->swept -= hit->swept;
+  ray->length_max -= hit->length;
+  if (!(ray->length_max >= 0)) ray->length_max = 0;
+  path_set_ray(t, ray, v3_from(hit->position), v3_from(hit->direction), hit);
+  return 1;
+}
+
+bent_status direct_trace(const tracer *t, path_block *block, bent_render_statistics *statistics, bent_progress *progress,
+                         bent_error *error)
+{
+  while (block->shadow_count > 0) {
+    const int count = block->shadow_count;
+    const bent_status status = path_intersect(t, count, block->shadow_rays, block->shadow_hits, progress, error);
+    if (status) return status;
+    statistics->rays += (uint64_t)count;
+    block->shadow_count = 0;
+    for (int i = 0; i < count; i++) {
+      const int kept = block->shadow_count;
+      statistics->unresolved += block->shadow_hits[i].fate == BENT_UNRESOLVED;
+      if (!shadow_step(t, block, &block->shadows[i], &block->shadow_rays[i], &block->shadow_hits[i])) continue;
+      block->shadows[kept] = block->shadows[i], block->shadow_rays[kept] = block->shadow_rays[i];
+      block->shadow_count++;
+    }
+  }
+  return BENT_OK;
+}

@@ -1,0 +1,46 @@
+/* Direct light: at each vertex of a path one light is drawn and joined with the vertex by every ray that is known to lead
+ * there; each such ray is weighed against the chance that scattering had found it (multiple importance sampling), and its
+ * shadow is traced. The other half, what a scattered ray weighs when it meets a light, is here too. */
+#ifndef BENT_RENDER_DIRECT_H
+#define BENT_RENDER_DIRECT_H
+#include "light/join.h"
+#include "light/lights.h"
+#include "light/surface.h"
+#include "render/path.h"
+
+/* Paths that are shaded side by side; and the most shadows that one vertex asks for: this and the far side's sky. */
+enum { DIRECT_BATCH = 64, DIRECT_SHADOWS_MAX = 2 * JOINTS_MAX };
+
+/* How the scattering before met what the path's ray has met now. */
+typedef struct reach {
+  int joined;    /* a connection would have found the same ray */
+  double spread; /* that connection's */
+  vec3 arrival;
+} reach;
+
+/* Looks up the connections that would have led each of `count` <= DIRECT_BATCH paths where their hits are. */
+void direct_reach(const tracer *t, int count, const path *paths, const bent_hit *hits, reach *out);
+/* The weights of emission, of sun number `sun` and of the sky that a path's ray has met by scattering; 1 where a
+ * connection could not have found it. `hit`: of fate BENT_HIT, or the asymptotic direction. */
+double direct_weight_emission(const tracer *t, const path *p, const reach *reach, const bent_hit *hit);
+double direct_weight_sun(const tracer *t, const path *p, const reach *reach, size_t sun);
+double direct_weight_sky(const tracer *t, const path *p, const reach *reach, vec3 direction);
+
+/* A vertex that scatters, whose light is wanted. */
+typedef struct lit_vertex {
+  path *path;
+  const bent_hit *hit;
+  vec3 beta; /* before scattering */
+  double u[4];
+  shade_point point;
+  closure_set set;
+} lit_vertex;
+
+/* Draws a light for each of `count` <= DIRECT_BATCH vertices and adds the rays towards it to the block's shadows. */
+void direct_draw(const tracer *t, path_block *block, int count, const lit_vertex *vertices);
+/* Traces all shadows of the block and adds the light that arrives to the paths. */
+bent_status direct_trace(const tracer *t, path_block *block, bent_render_statistics *statistics, bent_progress *progress,
+                         bent_error *error);
+/* The vector that stands for a surface's upper side in the choice of lights: 0 if light may also come through. */
+vec3 direct_normal(const shade_point *point, const closure_set *set);
+#endif
