@@ -215,13 +215,20 @@ def test_a_scene_without_camera_or_commit_is_refused():
         ([(0, 0, 1)], [(1, -1, 1)], 0.1),
         ([(0, 0, 1)], [(1, 1, np.nan)], 0.1),
         ([(0, 0, np.inf)], [(1, 1, 1)], 0.1),
-        ([(0, 0, 1)], [(1, 1, 1)], 0.0),
+        ([(0, 0, 1)], [(1, 1, 1)], -0.1),
+        ([(0, 0, 1)], [(1, 1, 1)], np.nan),
         ([(0, 0, 1)], [(1, 1, 1)], 4.0),
     ],
 )
 def test_bad_suns_are_named(suns):
     with pytest.raises(ValueError, match="sun"):
         Scene().set_suns(*suns)
+
+
+def test_bad_lamps_are_named():
+    for matrix in (np.zeros((4, 4)), np.full((4, 4), np.nan), np.eye(4) + np.eye(4)[::-1]):
+        with pytest.raises(ValueError, match="world_from_lamp"):
+            Scene().set_lamps([matrix], 0)
 
 
 def test_broken_geometry_makes_no_nan():

@@ -8,7 +8,7 @@ from scenes import add, diffuse, emission, look_at, new_scene, perspective, quad
 from test_render_light import z_score
 
 GRAY = (0.5, 0.5, 0.5)
-LONG = {"max_bounces": 100, "diffuse_bounces": 100, "roulette_start": 100}
+LONG = {"max_bounces": 100, "diffuse_bounces": 100, "roulette_start": 100, "light_sampling": "SCATTERING"}
 
 
 def areal_radius(isotropic, mass):
@@ -144,7 +144,9 @@ def test_wormhole_joins_two_mouths():
     add(scene, meshes.sphere(8.0), diffuse(GRAY), emission(GRAY))
     perspective(scene, look_at((-3, -4, 0), (-3, 0, 0)), half=0.6)
     scene.commit()
-    channels, statistics = render(scene, 24, 24, 4, max_bounces=60, diffuse_bounces=60, roulette_start=60)
+    channels, statistics = render(
+        scene, 24, 24, 4, max_bounces=60, diffuse_bounces=60, roulette_start=60, light_sampling="SCATTERING"
+    )
     assert (channels["combined"] == 1).all() and statistics.unresolved == 0
 
 

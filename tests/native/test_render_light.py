@@ -19,6 +19,7 @@ from scenes import (
 )
 
 GRAY = (0.5, 0.5, 0.5)
+BY_CHANCE = {"light_sampling": "SCATTERING"}  # where each path's light is exact, but not how lights are drawn
 
 
 def z_score(estimates, exact):
@@ -46,7 +47,7 @@ def test_furnace_is_exact():
     """Albedo 1/2, emission 1/2, closed: every path gives 1/2 + 1/4 + ... = 1, without variance."""
     scene = inside_sphere(diffuse(GRAY), emission(GRAY))
     scene.commit()
-    channels, _ = render(scene, samples=4, max_bounces=60, diffuse_bounces=60, roulette_start=60)
+    channels, _ = render(scene, samples=4, max_bounces=60, diffuse_bounces=60, roulette_start=60, **BY_CHANCE)
     assert (channels["combined"] == 1).all()
     assert (channels["emission"] == 0.5).all()
 
@@ -55,7 +56,7 @@ def test_furnace_of_many_lobes():
     """The same with the albedo cut into 300 lobes."""
     scene = inside_sphere(*[diffuse(np.divide(GRAY, 300))] * 300, emission(GRAY))
     scene.commit()
-    channels, _ = render(scene, 4, 4, samples=2, max_bounces=60, diffuse_bounces=60, roulette_start=60)
+    channels, _ = render(scene, 4, 4, samples=2, max_bounces=60, diffuse_bounces=60, roulette_start=60, **BY_CHANCE)
     np.testing.assert_allclose(channels["combined"][..., :3], 1, rtol=1e-6)
 
 
@@ -75,15 +76,20 @@ def test_bounces_are_counted_as_cycles_does(bounces, limit):
     scene = inside_sphere(diffuse(GRAY), emission(GRAY))
     scene.commit()
     limits = {"max_bounces": 100, "diffuse_bounces": 100, "roulette_start": 100, limit: bounces}
-    channels, _ = render(scene, samples=2, **limits)
+    channels, _ = render(scene, samples=2, **limits, **BY_CHANCE)
     assert (channels["combined"][..., :3] == 1 - 0.5 ** (bounces + 2)).all()
+    for sampling in ("CONNECTIONS", "BOTH"):
+        values = render(scene, 32, 32, 16, names=("combined",), light_sampling=sampling, **limits)[0]["combined"][
+            ..., 0
+        ]
+        assert abs(z_score(values, 1 - 0.5 ** (bounces + 2))) < 4, sampling
 
 
 def test_clamp_indirect():
     """Contributions after the second scattering are cut: 1/2 + 1/4 + 3 times min(2^-k, 0.05), k = 3, 4, 5."""
     scene = inside_sphere(diffuse(GRAY), emission(GRAY))
     scene.commit()
-    channels, _ = render(scene, samples=2, max_bounces=3, clamp_indirect=0.05, roulette_start=9)
+    channels, _ = render(scene, samples=2, max_bounces=3, clamp_indirect=0.05, roulette_start=9, **BY_CHANCE)
     assert channels["combined"][..., 0] == pytest.approx(0.75 + 0.05 + 0.05 + 2**-5, rel=1e-6)
 
 
@@ -238,8 +244,10 @@ def test_visibility_by_kind_of_ray(kind, bit):
             add(scene, quad(), first[kind], visibility=1)
         perspective(scene, look_at((0, -1, 1), (0, 0, 0)), half=0.1)
         scene.commit()
-        channels, _ = render(scene, samples=4, max_bounces=0)
+        channels, _ = render(scene, samples=4, max_bounces=0, **BY_CHANCE)
         assert channels["combined"][..., 0] == pytest.approx(1.0 if seen else 0.0, abs=1e-12), (kind, mask)
+        values = render(scene, 32, 32, 16, names=("combined",), max_bounces=0)[0]["combined"][..., 0]
+        assert abs(z_score(values, 1)) < 4 if seen and kind == "diffuse" else (values == seen).all(), (kind, mask)
 
 
 def test_pixel_filter_is_what_a_straight_edge_shows():
