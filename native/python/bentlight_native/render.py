@@ -42,9 +42,9 @@ class RenderSettings:
     filter: 'BLACKMAN_HARRIS', 'GAUSSIAN' or 'BOX' (one pixel wide); filter_width: its full support, pixels.
     film_transparent: the sky that the camera sees has alpha 0 and no color in `combined`.
     clamp_indirect: largest contribution (mean of RGB) of a path after its second scattering; 0 is off.
-    light_sampling: how lights are found. 'SCATTERING': by scattered rays that happen to meet them; 'CONNECTIONS': by the
-        rays that join a point on a light with the surface, where they are known; 'BOTH': both, each where it is better.
-        The mean of a picture is the same, except that lamps and suns without size need connections.
+    light_sampling: how lights are found. 'SCATTERING': by scattered rays that happen to meet them; 'CONNECTIONS': by
+        rays that join a point on a light with the surface, where they are known; 'BOTH': each where it is better. The mean
+        of a picture is the same, except that lamps and suns without size need connections.
     alpha_threshold: surfaces less opaque than this are passed over by depth, position and normal.
     """
 
@@ -195,9 +195,9 @@ class RenderMethods:
     def set_lamps(self, world_from_lamp: ArrayLike, materials: ArrayLike, visibility: ArrayLike = 15) -> None:
         """Replace all lamps, points of light that only connections find; visible after commit().
 
-        world_from_lamp: (n, 4, 4), the place and axes of each lamp. materials: scalar or (n,), indices: the radiance that
-        a material emits towards a direction is the lamp's radiant intensity there. visibility: scalar or (n,) bits as of
-        suns: the kinds of scattering that it lights.
+        world_from_lamp: (n, 4, 4), the place and axes of each lamp. materials: scalar or (n,), indices: the radiance
+        that a material emits towards a direction is the lamp's radiant intensity there. visibility: scalar or (n,)
+        bits as of suns: the kinds of scattering that it lights.
         """
         matrices = np.ascontiguousarray(world_from_lamp, dtype=np.float64).reshape(-1, 4, 4)
         count = len(matrices)
