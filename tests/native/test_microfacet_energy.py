@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from bsdf_tools import SCENE, direction, glass, glossy, material
-from microfacet_oracle import glass_energy
+from bsdf_tools import SCENE, direction, glass, glossy, material, principled
+from microfacet_oracle import glass_energy, layer_energy
 
 IORS = (1.001, 1.01, 1.03, 1.06, 1.1, 1.15, 1.2, 1.33, 1.5, 2.0, 3.0, 5.0)
 ROUGHNESSES = (0.08, 0.23, 0.43, 0.61, 0.77, 0.97)
@@ -38,6 +38,24 @@ def test_reflection(roughness, mu):
     (exact,) = glass_energy(roughness, mu, (1e9,))  # reflects everything
     table = table_albedo(glossy, roughness=roughness, mu=mu)
     assert table == pytest.approx(exact.albedo, rel=0.002 if mu > 0.08 else 0.04)
+
+
+@pytest.mark.parametrize("mu", [0.02, 0.05, 0.1, 0.17, 0.29, 0.5, 0.75, 0.97])
+@pytest.mark.parametrize("roughness", ROUGHNESSES)
+def test_what_a_layer_leaves_to_those_below(roughness, mu):
+    """The diffuse lobe of plastic is what a white base adds to a black one."""
+    for ior in IORS:
+        white, black = (
+            SCENE.evaluate_bsdf(
+                material(principled(distribution="GGX", base_color=color, roughness=roughness, ior=ior)),
+                [direction(0.9)],
+                wo=direction(mu),
+            )[0][0, 0]
+            for color in (1.0, 0.0)
+        )
+        left = (white - black) * np.pi / 0.9
+        _, taken = layer_energy(roughness, mu, ior)
+        assert 1 - left == pytest.approx(taken, abs=0.007 if mu > 0.08 else 0.02), ior
 
 
 def test_glass_of_any_ior_is_white_on_average():

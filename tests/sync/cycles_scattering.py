@@ -1,9 +1,12 @@
 """What Cycles scatters from each of many materials at once, tilted to several angles under a sky that is different in
 every direction, and the same by our BSDFs.
 
-Cycles' means and variances come from many equal pixels, ours from samples of the BSDF and the compiled world.
+Cycles' means come from renders with different seeds, ours from samples of the BSDF and the compiled world. A render's
+pixels would not do as independent samples: Cycles spreads its error as blue noise, so that neighbors make up for each
+other, and their mean varies by a third less than their variance says.
 """
 
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -16,19 +19,29 @@ from value_cases import empty_tree, new
 from blender_addon.sync.images import ImageTable
 from blender_addon.sync.material import compile_material, compile_world
 
-PIXELS = 24  # of each material and cosine
+SEEDS = 8
+PIXELS = 4  # of each material and cosine
 SAMPLES = 128  # of each pixel
 OUR_SAMPLES = 150_000
+VIEW = np.array([0.0, 0.0, 1.0])  # towards the camera
 
 
 @dataclass(frozen=True)
 class Scattered:
-    """Means (3,) and their variances of the radiance towards the camera."""
+    """Independent estimates of the radiance towards the camera, for image_statistics.welch_z."""
 
-    cycles: np.ndarray
-    cycles_variance: np.ndarray
-    ours: np.ndarray
-    ours_variance: np.ndarray
+    cycles: np.ndarray  # (SEEDS, 3)
+    ours: np.ndarray  # (OUR_SAMPLES, 3)
+
+
+def sky(directions: np.ndarray) -> np.ndarray:
+    """Radiance (..., 3) from unit vectors: different in every direction, so that every lobe's direction matters."""
+    return 0.5 + 0.45 * directions
+
+
+def geometric_normal(cosine: float) -> np.ndarray:
+    """Of the quad that is seen under this cosine."""
+    return np.array([np.sqrt(1 - cosine**2), 0, cosine])
 
 
 class Comparison:
@@ -37,8 +50,8 @@ class Comparison:
     def __init__(self, shaders: dict[str, Callable], cosines: tuple[float, ...], path) -> None:
         bpy.ops.wm.read_factory_settings(use_empty=True)
         materials, world = [_make_material(*item) for item in shaders.items()], _make_world()
-        pixels = _render_cycles(materials, cosines, world, path)
-        self._cosines, self._pixels = cosines, dict(zip(shaders, pixels, strict=True))
+        means = _render_cycles(materials, cosines, world, path)
+        self._cosines, self._cycles = cosines, dict(zip(shaders, means, strict=True))
         self._scene, images = bentlight_native.Scene(), ImageTable()
         self._scene.set_world(compile_world(world, images).program)
         indices = [self._scene.add_material(compile_material(material, images).program) for material in materials]
@@ -46,19 +59,13 @@ class Comparison:
 
     def scattered(self, name: str, side: int, cosine: float) -> Scattered:
         """`side` 1: seen from behind; `cosine`: of the angle between the normal and the direction to the camera."""
-        normal = (np.sqrt(1 - cosine**2), 0, cosine)
+        normal, column = geometric_normal(cosine), self._cosines.index(cosine)
         point = {"normal": normal, "geometric_normal": normal, "backfacing": float(side)}
         index, scene = self._indices[name], self._scene
-        drawn = scene.draw_bsdf(index, np.random.default_rng(11).random((OUR_SAMPLES, 3)), **point)
+        random = np.random.default_rng([zlib.crc32(name.encode()), side, column])
+        drawn = scene.draw_bsdf(index, random.random((OUR_SAMPLES, 3)), **point)
         ours = drawn.weight * scene.sky(drawn.wi) * (drawn.lobe != 0)[:, None]
-        ours = ours + scene.shade(index, **point)["emission"]
-        theirs = self._pixels[name][side, self._cosines.index(cosine)]
-        return Scattered(
-            theirs.mean(axis=0),
-            theirs.var(axis=0, ddof=1) / PIXELS,
-            ours.mean(axis=0),
-            ours.var(axis=0) / OUR_SAMPLES,
-        )
+        return Scattered(self._cycles[name][:, side, column], ours + scene.shade(index, **point)["emission"])
 
 
 def _make_material(name, build):
@@ -69,7 +76,7 @@ def _make_material(name, build):
 
 
 def _make_world():
-    """Radiance 0.5 + 0.45 (x, y, z) of the direction, so that every lobe's direction matters."""
+    """The function sky() in nodes."""
     world = bpy.data.worlds.new("directions")
     tree = empty_tree(world)
     place = new(tree, "TexCoord").outputs["Generated"]
@@ -105,7 +112,7 @@ def _tilted_quads(materials, cosines):
 
 
 def _render_cycles(materials, cosines, world, path):
-    """(materials, front and back, cosines, pixels, 3)"""
+    """(materials, seeds, front and back, cosines, 3)"""
     scene = bpy.data.scenes.new("albedo")
     scene.world = world
     # Light sampling finds light through rough glass that Cycles' own BSDF sampling never does, and more than came in.
@@ -123,4 +130,8 @@ def _render_cycles(materials, cosines, world, path):
     cycles.samples, cycles.use_denoising, cycles.use_adaptive_sampling = SAMPLES, False, False
     cycles.filter_width, cycles.blur_glossy, cycles.light_sampling_threshold = 0.01, 0.0, 0.0
     cycles.sample_clamp_indirect = 0.0
-    return read_render(scene, path).reshape(len(materials), 2, len(cosines), PIXELS, 3)
+    renders = []
+    for seed in range(SEEDS):
+        cycles.seed = seed
+        renders.append(read_render(scene, path).reshape(len(materials), 2, len(cosines), PIXELS, 3).mean(axis=3))
+    return np.stack(renders, axis=1).astype(float)

@@ -41,7 +41,8 @@ typedef struct normals {
   int count;
   double mu, alpha, masking; /* 1 + Lambda(wo) */
   double total;              /* of the weights, with those of normals that face away */
-  float weight[987], cos_i[987], cos_n[987], reflected[987]; /* the last: weight times G2 / G1 of the mirror direction */
+  /* reflected: weight times G2 / G1 of the mirror direction; mirrored: weight where that is above the surface */
+  float weight[987], cos_i[987], cos_n[987], reflected[987], mirrored[987];
 } normals;
 
 /* One coordinate is the azimuth, the other the height of the spherical cap, with the points drawn together towards both
@@ -60,6 +61,7 @@ static void sample_normals(normals *n, double roughness, double mu, lattice latt
     n->weight[n->count] = (float)weight;
     n->cos_i[n->count] = (float)cos_i;
     n->cos_n[n->count] = (float)h.z;
+    n->mirrored[n->count] = (float)(up > 0 ? weight : 0);
     n->reflected[n->count++] = (float)(up > 0 ? weight * n->masking / (n->masking + ggx_lambda(up, alpha)) : 0);
   }
 }
@@ -71,24 +73,23 @@ static double integrate_reflection(const normals *n)
   return sum / n->total;
 }
 
-/* Mean albedo of glass, and in *rise the mean of fresnel_rise over what it reflects. The formulas of fresnel.h and
+/* Mean albedo of glass, and in *rise what microfacet_fresnel_rise is. The formulas of fresnel.h and
  * microfacet.h, without branches and with few divisions, so that the compiler makes SIMD of them: under total internal
  * reflection the cosine beyond is 0 and the reflectance comes out as 1. */
 static float integrate_glass(const normals *n, double eta_of_table, float *rise)
 {
   const float eta = (float)eta_of_table, per_eta = 1 / eta, f0 = (float)fresnel_f0(eta);
   const float alpha2 = (float)squared(n->alpha), masking = (float)n->masking, mu = (float)n->mu;
-  float sum = 0, risen = 0, reflected = 0;
+  float sum = 0, risen = 0;
   for (int i = 0; i < n->count; i++) {
     const float c = n->cos_i[i], cos2_t = 1 - (1 - c * c) * per_eta * per_eta, cos_t = cos2_t > 0 ? sqrtf(cos2_t) : 0;
     const float a = c + eta * cos_t, b = cos_t + eta * c, s = (c - eta * cos_t) * b, p = (cos_t - eta * c) * a;
     const float f = (s * s + p * p) / (2 * a * a * b * b), z = n->cos_n[i] * (cos_t - c * per_eta) + mu * per_eta;
     const float down = z > 0 ? z : 0, shadow = sqrtf(down * down + alpha2 * (1 - down * down)); /* (1 + 2 Lambda) down */
     sum += n->reflected[i] * f + n->weight[i] * (1 - f) * 2 * masking * down / ((2 * masking - 1) * down + shadow);
-    risen += n->reflected[i] * (f > f0 ? f - f0 : 0);
-    reflected += n->reflected[i];
+    risen += n->mirrored[i] * (f > f0 ? f - f0 : 0);
   }
-  *rise = risen / fmaxf((1 - f0) * reflected, 1e-9f);
+  *rise = risen / ((1 - f0) * (float)n->total);
   return sum / (float)n->total;
 }
 
