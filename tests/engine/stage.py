@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -163,6 +162,3 @@ class counted_renders:  # noqa: N801 (reads as a function)
 
     def __exit__(self, *_exception) -> None:
         final.render = self._original
-
-
-LOOK_UP = (math.pi, 0.0, 0.0)

@@ -1,6 +1,5 @@
 """Renders small pictures as arrays, and says where in them a direction or an object is seen."""
 
-import math
 import tempfile
 from pathlib import Path
 
@@ -34,11 +33,3 @@ def empty_space(width: int, height: int, samples: int = 16) -> bpy.types.Scene:
     scene.bentlight.max_bounces = 0
     scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (1, 1, 1, 1)
     return scene
-
-
-def pixel_angles(width: int, height: int, field_of_view: float) -> tuple[np.ndarray, np.ndarray]:
-    """The tangents (right, up) of each pixel center of a perspective camera with a horizontal field of view (rad)."""
-    scale = 2 * math.tan(field_of_view / 2) / width
-    x = (np.arange(width) + 0.5 - width / 2) * scale
-    y = -(np.arange(height) + 0.5 - height / 2) * scale
-    return np.meshgrid(x, y)

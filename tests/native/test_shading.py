@@ -96,6 +96,24 @@ def test_a_refused_material_leaves_the_old_one():
     assert (scene.shade(index)["emission"] == 1).all()
 
 
+def test_updates_replace_what_is_shown():
+    scene, builder = Scene(), ProgramBuilder()
+    image = scene.add_image(np.full((2, 3, 4), 0.25, np.float32))
+    color = builder.emit("image", builder.constant(0.5), immediates=(image, "Linear", "EXTEND", "OFF"))[0]
+    builder.emit("emission", builder.constant(1), color, builder.constant(1))
+    index = scene.add_material(builder.build())
+    np.testing.assert_allclose(scene.shade(index)["emission"], 0.25)
+    scene.update_image(image, np.full((5, 4, 4), 51, np.uint8))
+    np.testing.assert_allclose(scene.shade(index)["emission"], 0.2)
+    with pytest.raises(ValueError, match="no image 1"):
+        scene.update_image(1, np.ones((2, 2, 4), np.float32))
+    with pytest.raises(ValueError, match="NaN"):
+        scene.update_image(image, np.full((2, 2, 4), np.nan, np.float32))
+    np.testing.assert_allclose(scene.shade(index)["emission"], 0.2)
+    scene.update_material(index, program([opcode("emission"), 0, -1, -1, -1]))
+    np.testing.assert_allclose(scene.shade(index)["emission"], 1)
+
+
 @pytest.mark.parametrize(
     ("pixels", "reason"),
     [

@@ -85,9 +85,6 @@ typedef struct bent_render_settings {
   double alpha_threshold;    /* surfaces less opaque than this are not described by depth, position and normal */
 } bent_render_settings;
 
-/* The defaults of Blender's Cycles where it has the setting; width and height are 0 and must be set. */
-bent_render_settings bent_render_settings_default(void);
-
 /* How the samples of a pixel become its value. */
 typedef enum bent_reduction {
   BENT_MEAN,  /* mean over the samples taken */

@@ -27,7 +27,6 @@ typedef struct bent_table_error {
 /* An empty table of a Schwarzschild spacetime with mass > 0 or an Ellis wormhole. */
 bent_status bent_table_new(const bent_spacetime *spacetime, bent_table **out, bent_error *error);
 void bent_table_free(bent_table *table);
-const bent_spacetime *bent_table_spacetime(const bent_table *table);
 /* The table is built by rows, in any order; different rows may be built by different threads at once. */
 size_t bent_table_rows(const bent_table *table);
 /* Rows first <= row < last; adds 1 to progress->done (progress may be NULL) for each. */
@@ -39,7 +38,6 @@ bent_status bent_table_measured(const bent_table *table, bent_table_error *out, 
 /* angle: swept from infinity to infinity, radians (the deflection is angle - pi). delta <= 0 in Schwarzschild, delta <= -1
  * and delta = 0 in Ellis, and NaN give NaN. */
 void bent_table_total(const bent_table *table, size_t n, const double *delta, double *angle);
-double bent_table_total_one(const bent_table *table, double delta);
 /* radius: in the chart. cosine, sine: of the local angle between direction and outward radial; sine >= 0 (both, because
  * far away neither gives the other). fate: bent_fate, BENT_UNRESOLVED within rounding of the critical ray. swept: NaN unless
  * it escapes. */

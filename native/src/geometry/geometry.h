@@ -82,9 +82,4 @@ static inline vec3 geometry_vertex(const geometry *g, int instance_index, int tr
 void lenses_free(lens *lenses, size_t count);
 /* The lens whose sphere contains the world point, or NULL where space is flat. */
 const lens *geometry_lens_at(const geometry *g, vec3 position);
-/* The local components, in world axes, of a world covector such as a surface normal at `position`, up to a positive
- * factor: normalized, the normal that the local frame sees. */
-vec3 geometry_local_covector(const geometry *g, vec3 position, vec3 covector);
-/* Lapse of the observer at rest at `position`; 1 where space is flat. */
-double geometry_lapse(const geometry *g, vec3 position);
 #endif

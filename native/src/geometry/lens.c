@@ -152,24 +152,3 @@ const lens *geometry_lens_at(const geometry *g, vec3 position)
   }
   return NULL;
 }
-
-vec3 geometry_local_covector(const geometry *g, vec3 position, vec3 covector)
-{
-  const lens *l = geometry_lens_at(g, position);
-  if (!l) return covector;
-  double at[3], c[3], matrix[3][3], local[3];
-  v3_to(at, mat4_point(&l->spacetime_from_world, position));
-  v3_to(c, mat4_vector(&l->spacetime_from_world, covector));
-  bent_local_from_covector(&l->spacetime, at, matrix);
-  for (int i = 0; i < 3; i++) local[i] = matrix[i][0] * c[0] + matrix[i][1] * c[1] + matrix[i][2] * c[2];
-  return mat4_vector(&l->world_from_spacetime, v3_from(local));
-}
-
-double geometry_lapse(const geometry *g, vec3 position)
-{
-  const lens *l = geometry_lens_at(g, position);
-  double at[3];
-  if (!l) return 1;
-  v3_to(at, mat4_point(&l->spacetime_from_world, position));
-  return bent_lapse(&l->spacetime, at);
-}

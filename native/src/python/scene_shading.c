@@ -185,79 +185,79 @@ static PyObject *sky(PyObject *self, PyObject *args)
   Py_RETURN_NONE;
 }
 
-/* The closures of `material` at one point, for the two functions below, which free set->closures also after a failure. */
-static int closures_get(PyObject *self, int material, PyObject *row, shade_point *point, closure_set *set)
+/* A call that asks the lobes of a material at one point for many directions or draws. */
+typedef struct bsdf_call {
+  shade_point point;
+  closure_set set;
+  buffer held[3]; /* the point, what goes in, (count, 3), and what comes out, (count, width) */
+  Py_ssize_t count;
+} bsdf_call;
+
+static void bsdf_end(bsdf_call *call)
 {
-  Py_ssize_t shape[1] = {POINT_NUMBERS};
-  buffer held = {0};
+  free(call->set.closures);
+  buffer_release_all(call->held, 3);
+}
+
+static int bsdf_begin(PyObject *self, PyObject *args, const char *in_name, const char *out_name, Py_ssize_t width,
+                      bsdf_call *call)
+{
   const shading *shading = scene_value(self)->shading;
-  if (buffer_get(&held, row, "point", 'd', 1, shape, BUFFER_FINITE) < 0) return -1;
-  *point = point_from(buffer_data(&held));
-  buffer_release(&held);
-  set->closures = closures_new(shading);
-  if (!set->closures) return PyErr_NoMemory(), -1;
-  shading_evaluate(shading, material, point, set);
+  int material;
+  PyObject *row, *in, *out;
+  Py_ssize_t numbers[1] = {POINT_NUMBERS}, in_shape[2] = {-1, 3}, out_shape[2] = {-1, width};
+  *call = (bsdf_call){.count = 0};
+  if (!PyArg_ParseTuple(args, "iOOO", &material, &row, &in, &out) ||
+      buffer_get(&call->held[0], row, "point", 'd', 1, numbers, BUFFER_FINITE) < 0 ||
+      buffer_get(&call->held[1], in, in_name, 'd', 2, in_shape, BUFFER_FINITE) < 0 || (out_shape[0] = in_shape[0], 0) ||
+      buffer_get(&call->held[2], out, out_name, 'd', 2, out_shape, BUFFER_WRITE) < 0) {
+    bsdf_end(call);
+    return -1;
+  }
+  call->count = in_shape[0];
+  call->point = point_from(buffer_data(&call->held[0]));
+  call->set.closures = closures_new(shading);
+  if (!call->set.closures) {
+    bsdf_end(call);
+    PyErr_NoMemory();
+    return -1;
+  }
+  shading_evaluate(shading, material, &call->point, &call->set);
   return 0;
 }
 
 static PyObject *draw_bsdf(PyObject *self, PyObject *args)
 {
-  int material;
-  PyObject *row, *randoms, *samples;
-  shade_point point;
-  closure_set set = {.closures = NULL};
-  Py_ssize_t in[2] = {-1, 3}, out[2] = {-1, 8};
-  buffer held[2] = {0};
-  if (!PyArg_ParseTuple(args, "iOOO", &material, &row, &randoms, &samples) ||
-      closures_get(self, material, row, &point, &set) < 0 ||
-      buffer_get(&held[0], randoms, "u", 'd', 2, in, BUFFER_FINITE) < 0 || (out[0] = in[0], 0) ||
-      buffer_get(&held[1], samples, "samples", 'd', 2, out, BUFFER_WRITE) < 0) {
-    free(set.closures);
-    buffer_release_all(held, 2);
-    return NULL;
-  }
-  const double *u = buffer_data(&held[0]);
-  double *result = buffer_data(&held[1]);
+  bsdf_call call;
+  if (bsdf_begin(self, args, "u", "samples", 8, &call) < 0) return NULL;
+  const double *u = buffer_data(&call.held[1]);
+  double *result = buffer_data(&call.held[2]);
   Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t i = 0; i < in[0]; i++) {
+  for (Py_ssize_t i = 0; i < call.count; i++) {
     bsdf_sample sample = {0};
-    if (!bsdf_draw(&set, &point, u + 3 * i, &sample)) sample = (bsdf_sample){0};
+    if (!bsdf_draw(&call.set, &call.point, u + 3 * i, &sample)) sample = (bsdf_sample){0};
     v3_to(result + 8 * i, sample.wi);
     v3_to(result + 8 * i + 3, sample.weight);
     result[8 * i + 6] = sample.pdf;
     result[8 * i + 7] = sample.lobe;
   }
   Py_END_ALLOW_THREADS
-  free(set.closures);
-  buffer_release_all(held, 2);
+  bsdf_end(&call);
   Py_RETURN_NONE;
 }
 
 static PyObject *evaluate_bsdf(PyObject *self, PyObject *args)
 {
-  int material;
-  PyObject *row, *directions, *values;
-  shade_point point;
-  closure_set set = {.closures = NULL};
-  Py_ssize_t in[2] = {-1, 3}, out[2] = {-1, 4};
-  buffer held[2] = {0};
-  if (!PyArg_ParseTuple(args, "iOOO", &material, &row, &directions, &values) ||
-      closures_get(self, material, row, &point, &set) < 0 ||
-      buffer_get(&held[0], directions, "wi", 'd', 2, in, BUFFER_FINITE) < 0 || (out[0] = in[0], 0) ||
-      buffer_get(&held[1], values, "values", 'd', 2, out, BUFFER_WRITE) < 0) {
-    free(set.closures);
-    buffer_release_all(held, 2);
-    return NULL;
-  }
-  const double *wi = buffer_data(&held[0]);
-  double *result = buffer_data(&held[1]);
+  bsdf_call call;
+  if (bsdf_begin(self, args, "wi", "values", 4, &call) < 0) return NULL;
+  const double *wi = buffer_data(&call.held[1]);
+  double *result = buffer_data(&call.held[2]);
   Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t i = 0; i < in[0]; i++)
-    v3_to(result + 4 * i, bsdf_evaluate(&set, &point, v3_from(wi + 3 * i), UINT32_MAX,
-                                        &result[4 * i + 3]));
+  for (Py_ssize_t i = 0; i < call.count; i++)
+    v3_to(result + 4 * i,
+          bsdf_evaluate(&call.set, &call.point, v3_from(wi + 3 * i), UINT32_MAX, &result[4 * i + 3]));
   Py_END_ALLOW_THREADS
-  free(set.closures);
-  buffer_release_all(held, 2);
+  bsdf_end(&call);
   Py_RETURN_NONE;
 }
 

@@ -9,14 +9,6 @@
 #include "render/path.h"
 #include "scene/scene.h"
 
-bent_render_settings bent_render_settings_default(void)
-{
-  return (bent_render_settings){.sample_count = 1, .max_bounces = 12, .diffuse_bounces = 4, .glossy_bounces = 4,
-                                .transmission_bounces = 12, .transparent_bounces = 8, .roulette_start = 3,
-                                .tolerance = 1e-4, .filter = BENT_FILTER_BLACKMAN_HARRIS, .filter_width = 3,
-                                .alpha_threshold = 0.5};
-}
-
 /* Every field is checked here, so that nothing behind needs to. */
 static bent_status check(const bent_scene *scene, const bent_render_settings *s, const uint32_t tile[4],
                          bent_error *error)

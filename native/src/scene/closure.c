@@ -1,13 +1,12 @@
 /* Constructors of scattering lobes; the Principled BSDF as a stack of them. */
 #include "scene/closure.h"
 
+#include <math.h>
 #include <stddef.h>
 
 #include "scene/fresnel.h"
 #include "scene/microfacet_energy.h"
 #include "scene/shading.h"
-
-#define PI 3.14159265358979323846
 
 /* The smallest cosine that a reflection may leave a microfacet's surface with, if wo itself is not lower. */
 static const double LOWEST_REFLECTION = 0.01;
@@ -66,14 +65,14 @@ static void finish_closure(closure_set *set, closure *c, vec3 albedo)
  * albedo of the single-scattering part is a (pi + sigma G). */
 static double oren_nayar_g(double cos_n)
 {
-  if (cos_n < 1e-6) return PI / 2 - 2.0 / 3 - cos_n;
+  if (cos_n < 1e-6) return M_PI / 2 - 2.0 / 3 - cos_n;
   const double c = min2(cos_n, 1), s = sqrt(1 - c * c);
   return s * (acos(c) - 2.0 / 3 - s * c) + 2.0 / 3 * (s / c) * (1 - s * s * s);
 }
-static double oren_nayar_a(double sigma) { return 1 / (PI + sigma * (PI / 2 - 2.0 / 3)); }
+static double oren_nayar_a(double sigma) { return 1 / (M_PI + sigma * (M_PI / 2 - 2.0 / 3)); }
 double closure_oren_nayar_albedo(double sigma, double cos_n)
 {
-  return oren_nayar_a(sigma) * (PI + sigma * oren_nayar_g(cos_n));
+  return oren_nayar_a(sigma) * (M_PI + sigma * oren_nayar_g(cos_n));
 }
 double closure_oren_nayar_single(double sigma, double nl, double nv, double lv)
 {
@@ -91,13 +90,13 @@ void closure_add_diffuse(closure_set *set, const shade_point *point, vec3 weight
   c->alpha = saturate(roughness);
   vec3 albedo = v3_splat(1);
   if (c->alpha > 0) { /* the second bounce has one factor of the color more than in the paper, as in Cycles */
-    const double a = oren_nayar_a(c->alpha), average = a * (PI + c->alpha * (2 * PI - 5.6) / 3);
+    const double a = oren_nayar_a(c->alpha), average = a * (M_PI + c->alpha * (2 * M_PI - 5.6) / 3);
     const double single = closure_oren_nayar_albedo(c->alpha, max2(v3_dot(c->normal, point->wo), 0));
     const vec3 rho = v3_saturate(color);
-    const double scale = average / (1 - average) * (1 - single) / PI;
+    const double scale = average / (1 - average) * (1 - single) / M_PI;
     c->multiscatter = v3_scale(v3(rho.x * rho.x / (1 - rho.x * (1 - average)), rho.y * rho.y / (1 - rho.y * (1 - average)),
                                   rho.z * rho.z / (1 - rho.z * (1 - average))), scale);
-    albedo = v3_add(v3_splat(single), v3_scale(c->multiscatter, PI * (1 - average)));
+    albedo = v3_add(v3_splat(single), v3_scale(c->multiscatter, M_PI * (1 - average)));
   }
   finish_closure(set, c, albedo);
 }

@@ -6,7 +6,8 @@
 
 static uint32_t rotate(uint32_t x, int k) { return x << k | x >> (32 - k); }
 
-uint32_t noise_hash(const uint32_t *words, int n)
+/* Bob Jenkins' lookup3 (http://burtleburtle.net/bob/c/lookup3.c) of 1 to 4 words. */
+static uint32_t noise_hash(const uint32_t *words, int n)
 {
   uint32_t a, b, c;
   a = b = c = 0xdeadbeefu + ((uint32_t)n << 2) + 13;

@@ -15,9 +15,7 @@ typedef struct noise_point {
   float x[NOISE_DIMENSIONS_MAX];
 } noise_point;
 
-/* Bob Jenkins' lookup3 (http://burtleburtle.net/bob/c/lookup3.c) of 1 to 4 words, and of the bits of floats, as a number
- * in [0, 1]. */
-uint32_t noise_hash(const uint32_t *words, int n);
+/* A number in [0, 1] from the bits of 1 to 4 floats. */
 float noise_hash_floats(const float *values, int n);
 /* Three numbers in [0, 1], each from another hash of the point. */
 void noise_hash_color(noise_point p, float color[3]);

@@ -180,4 +180,10 @@ typedef enum wave_profile { WAVE_PROFILES(ENUMERATION) } wave_profile;
 #define DECLARATION(name, ...) operation op_##name;
 PROGRAM_OPS(DECLARATION)
 #undef DECLARATION
+
+/* Begins the definition of an operation. */
+#define MAYBE_UNUSED __attribute__((unused))
+#define OPERATION(name)                                                                                                \
+  void op_##name(const program_context *context MAYBE_UNUSED, const vec3 *const *in MAYBE_UNUSED,                      \
+                 const int32_t *immediates MAYBE_UNUSED, vec3 *out MAYBE_UNUSED)
 #endif

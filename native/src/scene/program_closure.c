@@ -2,13 +2,8 @@
 #include "scene/fresnel.h"
 #include "scene/program.h"
 
-#define OPERATION(name)                                                                                                \
-  void op_##name(const program_context *context, const vec3 *const *in, const int32_t *immediates, vec3 *out)
-#define UNUSED (void)out, (void)immediates
-
 OPERATION(emission)
 {
-  UNUSED;
   /* Negative light is let through, as in Cycles. */
   const vec3 radiance = v3_scale(v3_mul(*in[0], *in[1]), in[2]->x);
   if (v3_is_finite(radiance)) context->set->emission = v3_add(context->set->emission, radiance);
@@ -16,52 +11,44 @@ OPERATION(emission)
 
 OPERATION(transparent)
 {
-  UNUSED;
   if (!context->emission_only) closure_add_transparent(context->set, v3_mul(*in[0], v3_positive(*in[1])));
 }
 
 OPERATION(diffuse)
 {
-  UNUSED;
   if (!context->emission_only) closure_add_diffuse(context->set, context->point, *in[0], *in[1], in[2]->x, *in[3]);
 }
 
 OPERATION(glossy)
 {
-  UNUSED;
   if (!context->emission_only)
     closure_add_glossy(context->set, context->point, *in[0], *in[1], in[2]->x, *in[3], immediates[0]);
 }
 
 OPERATION(glass)
 {
-  UNUSED;
   if (!context->emission_only)
     closure_add_glass(context->set, context->point, *in[0], *in[1], in[2]->x, in[3]->x, *in[4], immediates[0]);
 }
 
 OPERATION(refraction)
 {
-  UNUSED;
   if (!context->emission_only)
     closure_add_refraction(context->set, context->point, *in[0], *in[1], in[2]->x, in[3]->x, *in[4]);
 }
 
 OPERATION(translucent)
 {
-  UNUSED;
   if (!context->emission_only) closure_add_translucent(context->set, context->point, *in[0], *in[1], *in[2]);
 }
 
 OPERATION(holdout)
 {
-  UNUSED;
   context->set->holdout = v3_saturate(v3_add(context->set->holdout, *in[0]));
 }
 
 OPERATION(principled)
 {
-  UNUSED;
   const principled p = {.base_color = *in[1], .metallic = in[2]->x, .roughness = in[3]->x,
                         .diffuse_roughness = in[4]->x, .ior = in[5]->x, .specular_level = in[6]->x,
                         .specular_tint = *in[7], .transmission = in[8]->x, .alpha = in[9]->x, .normal = *in[10],

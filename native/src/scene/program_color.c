@@ -5,10 +5,6 @@
 #include "scene/program.h"
 #include "scene/safe_math.h"
 
-#define OPERATION(name)                                                                                                \
-  void op_##name(const program_context *context, const vec3 *const *in, const int32_t *immediates, vec3 *out)
-#define UNUSED (void)context, (void)in, (void)immediates
-
 /* One channel of a blend mode that treats the channels alone; t is the factor, s = 1 - t. */
 static double blend_channel(blend_type type, double t, double a, double b)
 {
@@ -72,7 +68,6 @@ static vec3 blend_hsv(blend_type type, double t, vec3 a, vec3 b)
 
 OPERATION(blend)
 {
-  UNUSED;
   const blend_type type = immediates[0];
   const double t = in[0]->x;
   const vec3 a = *in[1], b = *in[2];
@@ -95,24 +90,22 @@ static vec3 rgb_from_hsl(vec3 c)
   const vec3 pure = v3_saturate(v3(fabs(h - 3) - 1, 2 - fabs(h - 2), 2 - fabs(h - 4)));
   return v3_mad(v3_sub(pure, v3_splat(0.5)), chroma, v3_splat(c.z));
 }
-OPERATION(color_to_model) { UNUSED; *out = immediates[0] == MODEL_HSV ? hsv_from_rgb(*in[0]) : hsl_from_rgb(*in[0]); }
-OPERATION(color_from_model) { UNUSED; *out = immediates[0] == MODEL_HSV ? rgb_from_hsv(*in[0]) : rgb_from_hsl(*in[0]); }
+OPERATION(color_to_model) { *out = immediates[0] == MODEL_HSV ? hsv_from_rgb(*in[0]) : hsl_from_rgb(*in[0]); }
+OPERATION(color_from_model) { *out = immediates[0] == MODEL_HSV ? rgb_from_hsv(*in[0]) : rgb_from_hsl(*in[0]); }
 
 static double gamma_channel(double x, double gamma) { return x > 0 ? pow(x, gamma) : x; }
 OPERATION(gamma)
 {
-  UNUSED;
   const double gamma = in[1]->x;
   const vec3 c = *in[0];
   *out = gamma == 0 ? v3_splat(1) : v3(gamma_channel(c.x, gamma), gamma_channel(c.y, gamma), gamma_channel(c.z, gamma));
 }
 
-OPERATION(invert) { UNUSED; *out = v3_mix(*in[1], v3_sub(v3_splat(1), *in[1]), in[0]->x); }
+OPERATION(invert) { *out = v3_mix(*in[1], v3_sub(v3_splat(1), *in[1]), in[0]->x); }
 
 /* Color, brightness, contrast. */
 OPERATION(brightness_contrast)
 {
-  UNUSED;
   const vec3 c = v3_mad(*in[0], 1 + in[2]->x, v3_splat(in[1]->x - in[2]->x / 2));
   *out = v3(fmax(c.x, 0), fmax(c.y, 0), fmax(c.z, 0));
 }
@@ -120,7 +113,6 @@ OPERATION(brightness_contrast)
 /* Hue (0.5 changes nothing), saturation, value, factor, color. */
 OPERATION(hue_saturation)
 {
-  UNUSED;
   vec3 hsv = hsv_from_rgb(*in[4]);
   hsv.x = fmod(hsv.x + in[0]->x + 0.5, 1);
   hsv.y = saturate(hsv.y * in[1]->x);
@@ -144,7 +136,6 @@ static double curve_at(const float (*entries)[4], int count, int channel, double
 /* Factor, color; start and width of the range of the curves. */
 OPERATION(curves)
 {
-  UNUSED;
   const float(*entries)[4] = context->table + immediates[0];
   const int count = immediates[1], beyond = immediates[2];
   const vec3 t = v3_scale(v3_sub(*in[1], *in[2]), safe_divide(1, in[3]->x));
@@ -175,7 +166,6 @@ static const blackbody_piece blackbody_pieces[] = {
 
 OPERATION(blackbody)
 {
-  UNUSED;
   const double t = in[0]->x;
   vec3 c;
   if (!(t >= 800)) {

@@ -7,11 +7,6 @@
 #include "scene/safe_math.h"
 #include "scene/voronoi.h"
 
-#define PI 3.14159265358979323846
-#define OPERATION(name)                                                                                                \
-  void op_##name(const program_context *context, const vec3 *const *in, const int32_t *immediates, vec3 *out)
-#define UNUSED (void)context, (void)in, (void)immediates
-
 /* A vector and w as a point of `dimension` + 1 dimensions; in one dimension it is w. */
 static noise_point point_of(int dimension, const vec3 *v, const vec3 *w)
 {
@@ -24,7 +19,6 @@ static float within(double x, float low, float high) { return fminf(fmaxf((float
 /* Vector, w, scale, detail, roughness, lacunarity, offset, gain, distortion. */
 OPERATION(noise)
 {
-  UNUSED;
   noise_point p = noise_point_scale(point_of(immediates[0], in[0], in[1]), (float)in[2]->x);
   const fractal f = {.type = immediates[1], .normalize = immediates[2], .detail = within(in[3]->x, 0, 15),
                      .roughness = fmaxf((float)in[4]->x, 0), .lacunarity = (float)in[5]->x, .offset = (float)in[6]->x,
@@ -46,7 +40,6 @@ OPERATION(noise)
 
 OPERATION(white_noise)
 {
-  UNUSED;
   float color[3];
   noise_hash_color(point_of(immediates[0], in[0], in[1]), color);
   out[0] = v3_splat(color[0]);
@@ -56,7 +49,6 @@ OPERATION(white_noise)
 /* Vector, w, scale, detail, roughness, lacunarity, smoothness, exponent, randomness. */
 OPERATION(voronoi)
 {
-  UNUSED;
   const voronoi v = {.feature = immediates[1], .metric = immediates[2], .normalize = immediates[3],
                      .float_hash = immediates[4], .detail = within(in[3]->x, 0, 15), .roughness = within(in[4]->x, 0, 1),
                      .lacunarity = (float)in[5]->x, .smoothness = within(in[6]->x / 2, 0, 0.5f),
@@ -73,7 +65,6 @@ OPERATION(voronoi)
 
 OPERATION(gradient)
 {
-  UNUSED;
   const vec3 p = *in[0];
   const double r = fmax(0.999999 - v3_length(p), 0), t = saturate(p.x);
   double value = 0;
@@ -82,7 +73,7 @@ OPERATION(gradient)
     case GRADIENT_QUADRATIC: value = squared(fmax(p.x, 0)); break;
     case GRADIENT_EASING: value = t * t * (3 - 2 * t); break;
     case GRADIENT_DIAGONAL: value = (p.x + p.y) / 2; break;
-    case GRADIENT_RADIAL: value = atan2(p.y, p.x) / (2 * PI) + 0.5; break;
+    case GRADIENT_RADIAL: value = atan2(p.y, p.x) / (2 * M_PI) + 0.5; break;
     case GRADIENT_QUADRATIC_SPHERE: value = r * r; break;
     case GRADIENT_SPHERICAL: value = r; break;
   }
@@ -92,7 +83,6 @@ OPERATION(gradient)
 /* Vector, scale, distortion; immediate: how often the sines are fed back. */
 OPERATION(magic)
 {
-  UNUSED;
   const vec3 p = v3_scale(*in[0], in[1]->x);
   const int depth = immediates[0];
   double d = in[2]->x;
@@ -118,7 +108,6 @@ OPERATION(magic)
 /* Vector, scale, distortion, detail, detail scale, detail roughness, phase. */
 OPERATION(wave)
 {
-  UNUSED;
   const vec3 v = v3_scale(v3_add(v3_scale(*in[0], in[1]->x), v3_splat(1e-6)), 0.999999); /* as for the checker */
   const wave_direction direction = immediates[1];
   double n;
@@ -135,8 +124,8 @@ OPERATION(wave)
                        .roughness = (float)in[5]->x};
     n += in[2]->x * (2 * noise_fractal(&f, noise_point_scale(point_of(2, &v, &v), (float)in[4]->x)) - 1.0);
   }
-  const double turns = n / (2 * PI);
-  const double value = immediates[2] == WAVE_SIN ? 0.5 + 0.5 * sin(n - PI / 2)
+  const double turns = n / (2 * M_PI);
+  const double value = immediates[2] == WAVE_SIN ? 0.5 + 0.5 * sin(n - M_PI / 2)
                        : immediates[2] == WAVE_SAW ? turns - floor(turns) : fabs(turns - floor(turns + 0.5)) * 2;
   *out = v3_splat(value);
 }
@@ -156,7 +145,6 @@ static double brick_noise(uint32_t n)
  * frequency, squash, its frequency. */
 OPERATION(brick)
 {
-  UNUSED;
   const noise_point p = noise_point_scale(point_of(1, in[0], in[0]), (float)in[4]->x);
   const float mortar_size = (float)in[5]->x, smooth = (float)in[6]->x, height = (float)in[9]->x;
   const int every = (int)within(in[11]->x, 0, 99), squash_every = (int)within(in[13]->x, 0, 99);

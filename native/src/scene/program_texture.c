@@ -4,15 +4,9 @@
 #include "scene/fresnel.h"
 #include "scene/program.h"
 
-#define PI 3.14159265358979323846
-#define OPERATION(name)                                                                                                \
-  void op_##name(const program_context *context, const vec3 *const *in, const int32_t *immediates, vec3 *out)
-#define UNUSED (void)context, (void)in, (void)immediates
-
 /* Vector, two colors, scale. Nudged off the integers, where rounding would decide, by the same amounts as Cycles. */
 OPERATION(checker)
 {
-  UNUSED;
   const vec3 p = v3_scale(v3_add(v3_scale(*in[0], in[3]->x), v3_splat(1e-6)), 0.999999);
   const double sum = floor(p.x) + floor(p.y) + floor(p.z);
   const int first = fmod(sum, 2) != 0;
@@ -22,7 +16,6 @@ OPERATION(checker)
 
 OPERATION(ramp)
 {
-  UNUSED;
   const float(*entries)[4] = context->table + immediates[0];
   const int last = immediates[1] - 1;
   const double position = saturate(in[0]->x) * last;
@@ -42,7 +35,6 @@ static void store(texel t, vec3 *out)
 
 OPERATION(image)
 {
-  UNUSED;
   store(image_lookup(&context->images[immediates[0]], in[0]->x, in[0]->y, (interpolation)immediates[1],
                      (extension)immediates[2], immediates[3]), out);
 }
@@ -50,27 +42,25 @@ OPERATION(image)
 /* Position in the unit cube to image coordinates on a sphere or tube around its center. */
 OPERATION(project)
 {
-  UNUSED;
   const vec3 v = *in[0], c = v3_sub(v3_scale(v, 2), v3_splat(1));
   if (immediates[0] == PROJECTION_FLAT) {
     *out = v;
     return;
   }
-  const double around = c.x == 0 && c.y == 0 ? 0 : (1 - atan2(c.x, c.y) / PI) / 2, length = v3_length(c);
+  const double around = c.x == 0 && c.y == 0 ? 0 : (1 - atan2(c.x, c.y) / M_PI) / 2, length = v3_length(c);
   *out = immediates[0] == PROJECTION_TUBE ? v3(around, v.z, 0)
-                                          : v3(around, length > 0 ? 1 - acos(saturate((c.z / length + 1) / 2) * 2 - 1) / PI : 0, 0);
+                                          : v3(around, length > 0 ? 1 - acos(saturate((c.z / length + 1) / 2) * 2 - 1) / M_PI : 0, 0);
 }
 
 /* Direction to equirectangular or mirror-ball coordinates, in Blender's orientation: the middle of an equirectangular image
  * lies along +x, its left and right edges along -x, up is +z. */
 OPERATION(environment)
 {
-  UNUSED;
   vec3 d = v3_normalize(*in[0]);
   double u, v;
   if (immediates[2] == 0) {
-    u = 0.5 - atan2(d.y, d.x) / (2 * PI);
-    v = atan2(d.z, v2_length(d.x, d.y)) / PI + 0.5;
+    u = 0.5 - atan2(d.y, d.x) / (2 * M_PI);
+    v = atan2(d.z, v2_length(d.x, d.y)) / M_PI + 0.5;
   } else {
     const double scale = 2 * sqrt(fmax(-0.5 * (d.y - 1), 0));
     u = 0.5 * ((scale > 0 ? d.x / scale : d.x) + 1);
@@ -82,7 +72,6 @@ OPERATION(environment)
 /* Darkened towards the limb as 1 - 0.6 (1 - cos) (a common fit for visible light). */
 OPERATION(sun_disk)
 {
-  UNUSED;
   const vec3 a = *in[0], b = *in[1];
   const double x = atan2(v3_length(v3_cross(a, b)), v3_dot(a, b)) / in[2]->x;
   *out = v3_splat(x < 1 ? 1 - 0.6 * (1 - sqrt(1 - x * x)) : 0);

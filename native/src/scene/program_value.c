@@ -5,20 +5,14 @@
 #include "scene/program.h"
 #include "scene/safe_math.h"
 
-#define PI 3.14159265358979323846
-#define OPERATION(name)                                                                                                \
-  void op_##name(const program_context *context, const vec3 *const *in, const int32_t *immediates, vec3 *out)
-#define UNUSED (void)context, (void)in, (void)immediates
-
-OPERATION(dot) { UNUSED; *out = v3_splat(v3_dot(*in[0], *in[1])); }
-OPERATION(average) { UNUSED; *out = v3_splat(v3_average(*in[0])); }
-OPERATION(channel) { UNUSED; *out = v3_splat(immediates[0] == 0 ? in[0]->x : immediates[0] == 1 ? in[0]->y : in[0]->z); }
-OPERATION(combine) { UNUSED; *out = v3(in[0]->x, in[1]->x, in[2]->x); }
-OPERATION(clamp) { UNUSED; *out = v3_saturate(*in[0]); }
-OPERATION(multiply) { UNUSED; *out = v3_mul(*in[0], *in[1]); }
+OPERATION(dot) { *out = v3_splat(v3_dot(*in[0], *in[1])); }
+OPERATION(average) { *out = v3_splat(v3_average(*in[0])); }
+OPERATION(channel) { *out = v3_splat(immediates[0] == 0 ? in[0]->x : immediates[0] == 1 ? in[0]->y : in[0]->z); }
+OPERATION(combine) { *out = v3(in[0]->x, in[1]->x, in[2]->x); }
+OPERATION(clamp) { *out = v3_saturate(*in[0]); }
+OPERATION(multiply) { *out = v3_mul(*in[0], *in[1]); }
 OPERATION(mix)
 {
-  UNUSED;
   const vec3 f = *in[0], a = *in[1], b = *in[2];
   *out = v3_add(v3_mul(a, v3_sub(v3_splat(1), f)), v3_mul(b, f));
 }
@@ -65,12 +59,12 @@ static double math_value(math_operation operation, double a, double b, double c)
     case SINH: return sinh(a);
     case COSH: return cosh(a);
     case TANH: return tanh(a);
-    case RADIANS: return a * (PI / 180);
-    case DEGREES: return a * (180 / PI);
+    case RADIANS: return a * (M_PI / 180);
+    case DEGREES: return a * (180 / M_PI);
   }
   return 0;
 }
-OPERATION(math) { UNUSED; *out = v3_splat(math_value(immediates[0], in[0]->x, in[1]->x, in[2]->x)); }
+OPERATION(math) { *out = v3_splat(math_value(immediates[0], in[0]->x, in[1]->x, in[2]->x)); }
 
 /* One component of the Map Range node: how far x lies from a to b, mapped. */
 static double map_factor(map_interpolation kind, double x, double a, double b, double steps)
@@ -84,7 +78,6 @@ static double map_factor(map_interpolation kind, double x, double a, double b, d
 }
 OPERATION(map_range)
 {
-  UNUSED;
   const map_interpolation kind = immediates[0];
   const vec3 *v = in[0], *a = in[1], *b = in[2], *steps = in[5];
   const vec3 t = v3(map_factor(kind, v->x, a->x, b->x, steps->x), map_factor(kind, v->y, a->y, b->y, steps->y),
@@ -97,7 +90,6 @@ OPERATION(map_range)
 static double clamp_between(double x, double low, double high) { return fmin(fmax(x, low), high); }
 OPERATION(clamp_between)
 {
-  UNUSED;
   vec3 low = *in[1], high = *in[2];
   if (immediates[0]) {
     low = v3(fmin(in[1]->x, in[2]->x), fmin(in[1]->y, in[2]->y), fmin(in[1]->z, in[2]->z));
@@ -107,31 +99,13 @@ OPERATION(clamp_between)
             clamp_between(in[0]->z, low.z, high.z));
 }
 
-static double component_value(vector_operation operation, double a, double b, double c)
-{
-  switch (operation) {
-    case VECTOR_ADD: return a + b;
-    case VECTOR_SUBTRACT: return a - b;
-    case VECTOR_MULTIPLY: return a * b;
-    case VECTOR_DIVIDE: return safe_divide(a, b);
-    case VECTOR_MULTIPLY_ADD: return a * b + c;
-    case VECTOR_ABSOLUTE: return fabs(a);
-    case VECTOR_POWER: return safe_power(a, b);
-    case VECTOR_SIGN: return (a > 0) - (a < 0);
-    case VECTOR_MINIMUM: return fmin(a, b);
-    case VECTOR_MAXIMUM: return fmax(a, b);
-    case VECTOR_FLOOR: return floor(a);
-    case VECTOR_CEIL: return ceil(a);
-    case VECTOR_FRACTION: return a - floor(a);
-    case VECTOR_MODULO: return b != 0 ? fmod(a, b) : 0;
-    case VECTOR_WRAP: return wrap_range(a, b, c);
-    case VECTOR_SNAP: return floor(safe_divide(a, b)) * b;
-    case VECTOR_SINE: return sin(a);
-    case VECTOR_COSINE: return cos(a);
-    case VECTOR_TANGENT: return tan(a);
-    default: return 0;
-  }
-}
+/* Vector operations that are a number's, component by component. */
+#define AS_NUMBERS(name) [VECTOR_##name] = name
+static const math_operation component_operations[] = {
+    AS_NUMBERS(ADD),     AS_NUMBERS(SUBTRACT), AS_NUMBERS(MULTIPLY), AS_NUMBERS(DIVIDE), AS_NUMBERS(MULTIPLY_ADD),
+    AS_NUMBERS(POWER),   AS_NUMBERS(ABSOLUTE), AS_NUMBERS(MINIMUM),  AS_NUMBERS(MAXIMUM), AS_NUMBERS(SIGN),
+    AS_NUMBERS(FLOOR),   AS_NUMBERS(CEIL),     AS_NUMBERS(MODULO),   AS_NUMBERS(WRAP),   AS_NUMBERS(SNAP),
+    AS_NUMBERS(SINE),    AS_NUMBERS(COSINE),   AS_NUMBERS(TANGENT),  [VECTOR_FRACTION] = FRACT};
 static vec3 refracted(vec3 incident, vec3 normal, double eta)
 {
   const double cosine = v3_dot(normal, incident), k = 1 - eta * eta * (1 - cosine * cosine);
@@ -140,7 +114,6 @@ static vec3 refracted(vec3 incident, vec3 normal, double eta)
 /* a, b, c, scale. A number is the same in all components. */
 OPERATION(vector_math)
 {
-  UNUSED;
   const vector_operation operation = immediates[0];
   const vec3 a = *in[0], b = *in[1], c = *in[2];
   switch (operation) {
@@ -154,8 +127,9 @@ OPERATION(vector_math)
     case VECTOR_LENGTH: *out = v3_splat(v3_length(a)); break;
     case VECTOR_SCALE: *out = v3_scale(a, in[3]->x); break;
     case VECTOR_NORMALIZE: *out = v3_normalize(a); break;
-    default:
-      *out = v3(component_value(operation, a.x, b.x, c.x), component_value(operation, a.y, b.y, c.y),
-                component_value(operation, a.z, b.z, c.z));
+    default: {
+      const math_operation each = component_operations[operation];
+      *out = v3(math_value(each, a.x, b.x, c.x), math_value(each, a.y, b.y, c.y), math_value(each, a.z, b.z, c.z));
+    }
   }
 }

@@ -5,10 +5,6 @@
 #include "scene/microfacet.h"
 #include "scene/program.h"
 
-#define OPERATION(name)                                                                                                \
-  void op_##name(const program_context *context, const vec3 *const *in, const int32_t *immediates, vec3 *out)
-#define UNUSED (void)context, (void)in, (void)immediates
-
 static vec3 object_from_world_point(const shade_point *p, vec3 v)
 {
   return p->object_from_world ? mat4_point(p->object_from_world, v) : v;
@@ -43,7 +39,6 @@ static vec3 radial_tangent(const shade_point *p)
 
 OPERATION(coordinate)
 {
-  UNUSED;
   const shade_point *p = context->point;
   switch ((coordinate_kind)immediates[0]) {
     case COORDINATE_UV: *out = v3(p->uv[0], p->uv[1], 0); break;
@@ -70,14 +65,12 @@ OPERATION(coordinate)
 
 OPERATION(fresnel)
 {
-  UNUSED;
   const double ior = fmax(in[0]->x, 1e-5), cosine = fabs(v3_dot(context->point->wo, *in[1]));
   *out = v3_splat(fresnel_dielectric(cosine, context->point->backfacing ? 1 / ior : ior, NULL));
 }
 
 OPERATION(layer_weight)
 {
-  UNUSED;
   const double blend = in[0]->x, cosine = fabs(v3_dot(context->point->wo, *in[1])), inverse = fmax(1 - blend, 1e-5);
   out[0] = v3_splat(fresnel_dielectric(cosine, context->point->backfacing ? inverse : 1 / inverse, NULL));
   const double b = fmin(fmax(blend, 0), 1 - 1e-5);
@@ -86,7 +79,6 @@ OPERATION(layer_weight)
 
 OPERATION(transform)
 {
-  UNUSED;
   const vec3 v = *in[0];
   *out = v3_add(v3_add(v3_scale(*in[1], v.x), v3_scale(*in[2], v.y)), v3_add(v3_scale(*in[3], v.z), *in[4]));
 }
@@ -107,7 +99,6 @@ static vec3 divide(vec3 a, vec3 b)
 
 OPERATION(mapping)
 {
-  UNUSED;
   const vec3 location = *in[1], scale = *in[3];
   const mapping_type type = immediates[0];
   vec3 v = *in[0], r[3];
@@ -136,7 +127,6 @@ static vec3 object_from_tangent(const shade_point *p, vec3 c)
 /* Strength, color. Tangent space needs a UV map; without one the normal stays. */
 OPERATION(normal_map)
 {
-  UNUSED;
   const shade_point *p = context->point;
   const normal_space space = immediates[0];
   const double strength = fmax(in[0]->x, 0);

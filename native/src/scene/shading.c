@@ -154,8 +154,6 @@ int shading_may_emit(const shading *shading, int material)
   return program && program->may_emit;
 }
 
-int shading_material_count(const shading *shading) { return shading->material_count; }
-
 int shading_lobe_max(const shading *shading)
 {
   int most = 1;

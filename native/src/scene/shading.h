@@ -44,7 +44,6 @@ vec3 shading_sky(const shading *shading, vec3 direction);
 int shading_may_be_transparent(const shading *shading, int material);
 /* Nonzero if the material can emit light. */
 int shading_may_emit(const shading *shading, int material);
-int shading_material_count(const shading *shading);
 /* The most lobes that any material can add at a point, at least 1. */
 int shading_lobe_max(const shading *shading);
 

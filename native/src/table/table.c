@@ -26,8 +26,6 @@ bent_status bent_table_new(const bent_spacetime *spacetime, bent_table **out, be
 
 void bent_table_free(bent_table *table) { free(table); }
 
-const bent_spacetime *bent_table_spacetime(const bent_table *table) { return &table->spacetime; }
-
 size_t bent_table_rows(const bent_table *table) { return table->sides * TABLE_OCTAVES + TABLE_X_CELLS; }
 
 bent_status bent_table_build(bent_table *table, size_t first, size_t last, bent_progress *progress, bent_error *error)
@@ -76,13 +74,6 @@ bent_status bent_table_measured(const bent_table *table, bent_table_error *out, 
 void bent_table_total(const bent_table *table, size_t n, const double *delta, double *angle)
 {
   BENT_CALL(table_total)(table, n, delta, angle);
-}
-
-double bent_table_total_one(const bent_table *table, double delta)
-{
-  double angle;
-  BENT_CALL(table_total)(table, 1, &delta, &angle);
-  return angle;
 }
 
 void bent_table_sweep(const bent_table *table, size_t n, const double *radius, const double *cosine, const double *sine,
