@@ -79,8 +79,9 @@ def test_geometry_nodes_instances():
     links.new(cube.outputs["Mesh"], scatter.inputs["Instance"])
     links.new(scatter.outputs["Instances"], end.inputs[0])
     square.modifiers.new("scatter", "NODES").node_group = tree
-    data, _ = read()
+    data, said = read()
     assert len(data.instances) == 4
+    assert said == []
     assert {len(data.meshes[item.mesh].triangles) for item in data.instances} == {12}
     corners = sorted(tuple(np.round(item.world_from_mesh[:2, 3], 5)) for item in data.instances)
     assert corners == [(-0.5, -0.5), (-0.5, 0.5), (0.5, -0.5), (0.5, 0.5)]

@@ -43,8 +43,8 @@ class RenderSettings:
     film_transparent: the sky that the camera sees has alpha 0 and no color in `combined`.
     clamp_indirect: largest contribution (mean of RGB) of a path after its second scattering; 0 is off.
     light_sampling: how lights are found. 'SCATTERING': by scattered rays that happen to meet them; 'CONNECTIONS': by
-        rays that join a point on a light with the surface, where they are known; 'BOTH': each where it is better. The mean
-        of a picture is the same, except that lamps and suns without size need connections.
+        rays that join a point on a light with the surface, where they are known; 'BOTH': each where it is better. The
+        mean of a picture is the same, except that lamps and suns without size need connections.
     alpha_threshold: surfaces less opaque than this are passed over by depth, position and normal.
     """
 
