@@ -207,6 +207,22 @@ class RenderMethods:
             np.array(np.broadcast_to(visibility, (count,)), dtype=np.uint32),
         )
 
+    def draw_lights(
+        self, points: ArrayLike, normals: ArrayLike, u: ArrayLike
+    ) -> tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.float64]]:
+        """The light that the renderer draws for each point, for tests and diagnosis. The scene must be committed.
+
+        points, normals: (n, 3); a normal of 0 takes light from all sides. u: (n, 4) in [0, 1).
+        Returns (n, 3) kind (0 triangle, 1 lamp, 2 sun, 3 sky; -1 nothing), index of instance, lamp or sun, triangle;
+        (n, 3) the world position or asymptotic direction; and (n, 2) the probability with which it was drawn, for the
+        sky the pdf by solid angle, and the same looked up afterwards.
+        """
+        points, normals, u = (np.ascontiguousarray(a, dtype=np.float64) for a in (points, normals, u))
+        n = len(points)
+        which, target, probability = np.empty((n, 3), np.int32), np.empty((n, 3)), np.empty((n, 2))
+        self._draw_lights(points, normals, u, which, target, probability)
+        return which, target, probability
+
     def render_tile(
         self,
         x: int,

@@ -1,0 +1,330 @@
+"""Light by connections: closed forms for lamps, suns and skies in flat and curved space, agreement with light that
+scattered rays find by chance, and the draws themselves."""
+
+import meshes
+import numpy as np
+import pytest
+from bentlight_native import ProgramBuilder, Spacetime
+from scenes import (
+    add,
+    diffuse,
+    emission,
+    glass,
+    glossy,
+    look_at,
+    material,
+    new_scene,
+    perspective,
+    quad,
+    render,
+    transparent,
+)
+from test_render_curved import areal_radius, placed, shadow_sine
+from test_render_light import z_score
+
+WHITE = diffuse((1, 1, 1))
+
+
+def add_lamps(scene, *positions, intensity=1.0, visibility=15):
+    index = scene.add_material(material(emission((intensity,) * 3)))
+    scene.set_lamps([placed(*p) for p in positions], index, visibility)
+
+
+def patch_radiance(scene, *, samples=1, at=(0, 0, 0), up=(0, 0, 1), side=(1, 0, 0), **settings):
+    """Radiance of the diffuse patch of albedo 1 at `at`, whose upper side is seen from near by: (64,) pixels of one
+    place. max_bounces 0: direct light alone."""
+    up, side = np.array(up, float), np.array(side, float)
+    frame = np.eye(4)
+    frame[:3, :3] = np.stack([side, np.cross(up, side), up], axis=1)
+    frame[:3, 3] = at
+    add(scene, quad(1e-4, 1e-4), WHITE, at=frame)
+    eye = np.array(at) + 1e-4 * (up + 0.3 * side)
+    perspective(scene, look_at(eye, at, up=np.cross(up, side)), half=1e-6)
+    scene.commit()
+    channels, _ = render(scene, 8, 8, samples, names=("combined",), max_bounces=0, **settings)
+    return channels["combined"][..., 0].ravel().astype(float)
+
+
+# ---- Flat space ----
+
+
+def test_point_lamp_in_flat_space():
+    """E = I cos / d^2; a white patch sends back E / pi. No chance is left in it."""
+    scene = new_scene()
+    add_lamps(scene, (1, 2, 2), intensity=7.0)
+    assert patch_radiance(scene) == pytest.approx(7 * (2 / 3) / 9 / np.pi, rel=1e-5)
+
+
+def test_lamps_behind_the_surface_give_nothing():
+    scene = new_scene()
+    add_lamps(scene, (1, 2, -2), intensity=7.0)
+    assert (patch_radiance(scene) == 0).all()
+
+
+def test_many_lamps_add_up():
+    """Their mean, each drawn by chance: a Z-test."""
+    rng = np.random.default_rng(3)
+    places = rng.uniform(-3, 3, (40, 3)) + np.array([0, 0, 3.5])
+    scene = new_scene()
+    add_lamps(scene, *places, intensity=2.0)
+    distance = np.linalg.norm(places, axis=1)
+    exact = (2.0 * places[:, 2] / distance**3).sum() / np.pi
+    assert abs(z_score(patch_radiance(scene, samples=256), exact)) < 4
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-3, 1.0])
+def test_sun(angle):
+    """A sun of irradiance E at 60 degrees: E cos / pi, exactly where it is a point."""
+    scene = new_scene()
+    direction = (np.sqrt(3) / 2, 0, 0.5)
+    solid = np.pi * np.sin(angle / 2) ** 2 if angle else 1.0
+    scene.set_suns([direction], [(3 / solid,) * 3], angle)
+    values = patch_radiance(scene, samples=64)
+    exact = 3 * 0.5 / np.pi
+    assert values == pytest.approx(exact, rel=1e-5) if angle == 0 else abs(z_score(values, exact)) < 4
+
+
+def checkered_sky(bright):
+    """A sky of radiance 0.1 and `bright` by octants of a checker: its program, and its radiance as a function."""
+    builder = ProgramBuilder()
+    vector = builder.emit("coordinate", immediates=["GENERATED"])[0]
+    colors = [builder.constant((value,) * 3) for value in (0.1, bright)]
+    color = builder.emit("checker", vector, *colors, builder.constant(2.0))[0]
+    builder.emit("emission", builder.constant(1), color, builder.constant(1))
+
+    def radiance(directions):
+        odd = np.floor(2 * directions).sum(axis=-1) % 2 != 0
+        return np.where(odd, 0.1, bright)
+
+    return builder.build(), radiance
+
+
+def test_uneven_sky():
+    """Irradiance of a tilted patch by a checkered sky against quadrature over its hemisphere."""
+    program, radiance = checkered_sky(5.0)
+    scene = new_scene()
+    scene.set_world(program)
+    up, side = np.array([0.48, 0.6, 0.64]), np.array([0.8, 0.0, -0.6])
+    steps = (np.arange(2000) + 0.5) / 2000
+    cosine2, turn = np.meshgrid(steps, 2 * np.pi * steps)
+    sine, ahead = np.sqrt(1 - cosine2), np.cross(up, side)
+    parts = (sine * np.cos(turn), side), (sine * np.sin(turn), ahead), (np.sqrt(cosine2), up)
+    directions = sum(length[..., None] * axis for length, axis in parts)
+    exact = radiance(directions).mean()
+    for sampling in ("CONNECTIONS", "BOTH"):
+        values = patch_radiance(scene, samples=256, up=up, side=side, light_sampling=sampling)
+        assert abs(z_score(values, exact)) < 4, sampling
+
+
+@pytest.mark.parametrize("x", [-1e-4, 1e-4])
+def test_shadow_of_an_edge(x):
+    """A screen at half the lamp's height ends at x = 0: the lamp at 2 x is hidden from the patch just where x < 0."""
+    scene = new_scene()
+    add(scene, quad(5, 5), diffuse((0, 0, 0)), at=placed(-5, 0, 1))
+    add_lamps(scene, (2 * x, 0, 2))
+    assert ((patch_radiance(scene) > 0) == (x > 0)).all()
+
+
+def test_transparent_shadow():
+    """Light through two panes of transmittance 0.5 and 0.4; one of three is too many for 2 transparent bounces."""
+    for panes, factor in [(1, 0.5), (2, 0.2), (3, 0.0)]:
+        scene = new_scene()
+        for i, color in enumerate([0.5, 0.4, 0.9][:panes]):
+            add(scene, quad(5, 5), transparent((color,) * 3), at=placed(0, 0, 0.3 + 0.1 * i))
+        add_lamps(scene, (0, 0, 2))
+        values = patch_radiance(scene, transparent_bounces=2)
+        assert values == pytest.approx(factor / 4 / np.pi, rel=1e-5), panes
+
+
+def test_shadowless():
+    """A lamp without shadows shines through a wall; an object that casts none does not hide a lamp."""
+    for lamp, wall, lit in [(15, 15, 0), (15 + 32, 15, 1), (15, 15 + 32, 1)]:
+        scene = new_scene()
+        add(scene, quad(5, 5), diffuse((0.5,) * 3), at=placed(0, 0, 1), visibility=wall)
+        add_lamps(scene, (0, 0, 2), visibility=lamp)
+        assert patch_radiance(scene) == pytest.approx(lit / 4 / np.pi, rel=1e-5), (lamp, wall)
+
+
+# ---- Around a hole ----
+
+
+def annulus(inner, outer, sides):
+    """A flat ring around the z axis."""
+    angle = np.arange(sides) * 2 * np.pi / sides
+    circle = np.stack([np.cos(angle), np.sin(angle), np.zeros(sides)], axis=1)
+    i, j = np.arange(sides), (np.arange(sides) + 1) % sides
+    faces = np.concatenate([np.stack([i, i + sides, j + sides], 1), np.stack([i, j + sides, j], 1)])
+    return np.concatenate([inner * circle, outer * circle]).astype(np.float32), faces.astype(np.uint32)
+
+
+@pytest.mark.parametrize("u", [0.3, 1.0, 2.0])
+def test_lamp_behind_a_hole(u):
+    """The lens equation's total magnification (u^2 + 2) / (u sqrt(u^2 + 4)) (Einstein 1936), u the lamp's angle from
+    the hole in Einstein radii. A patch that faces a tiny hole half-way; corrections are of the order of 1e-4."""
+    mass, distance = 1e-8, 1.0
+    ring = np.sqrt(4 * mass / (2 * distance))  # angular, for a lens half-way to a lamp at 2
+    scene = new_scene()
+    scene.set_spacetime(Spacetime.schwarzschild(mass), placed(0, 0, distance))
+    add_lamps(scene, (2 * distance * ring * u, 0, 2 * distance))
+    exact = (u**2 + 2) / (u * np.sqrt(u**2 + 4)) / (2 * distance) ** 2 / np.pi
+    assert patch_radiance(scene, samples=64).mean() == pytest.approx(exact, rel=1e-3)
+
+
+def test_hole_in_a_screen_lets_nothing_through():
+    """A screen around the hole with an opening smaller than the critical impact parameter: what aims at the opening
+    falls in, so a lamp exactly behind it, and beside it, gives no light. Without the hole it shines through."""
+    for mass, lit in [(0.1, False), (0.0, True)]:
+        scene = new_scene()
+        scene.set_spacetime(Spacetime.schwarzschild(mass))
+        add(scene, annulus(0.3, 20.0, 256), diffuse((0, 0, 0)))
+        add_lamps(scene, (0.05, 0, 4))
+        values = patch_radiance(scene, at=(0, 0, -4), up=(0, 0, 1))
+        assert (values > 0).all() if lit else (values == 0).all()
+
+
+@pytest.mark.parametrize("factor", [2.1, 2.5, 2.9, 3.1, 4.0, 10.0])
+def test_patch_near_a_hole_under_an_even_sky(factor):
+    """Two suns that fill the sky with radiance 1. Inside the photon sphere a patch that faces outward sees the sky in a
+    cone of half-angle chi, outside one that faces inward sees a shadow of half-angle psi; both have the sine of Synge
+    (1966). Irradiance over pi: sin^2(chi), or 1 - sin^2(psi)."""
+    mass = 0.5
+    r = factor * mass
+    isotropic = (r - mass + np.sqrt(r * (r - 2 * mass))) / 2
+    assert areal_radius(isotropic, mass) == pytest.approx(r)
+    share = shadow_sine(r, mass) ** 2
+    for sampling in ("CONNECTIONS", "BOTH", "SCATTERING"):
+        scene = new_scene()
+        scene.set_spacetime(Spacetime.schwarzschild(mass))
+        scene.set_suns([(1, 1, 1), (-1, -1, -1)], np.ones((2, 3)), np.pi)
+        up = (0, 0, 1) if factor < 3 else (0, 0, -1)
+        values = patch_radiance(
+            scene, samples=128, at=(0, 0, isotropic), up=up, light_sampling=sampling, tolerance=1e-5
+        )
+        exact = share if factor < 3 else 1 - share
+        # from the third image on, connections are cut at a share of 1e-4
+        assert abs(z_score(values, exact)) < 4 or abs(values.mean() - exact) < 1e-4, sampling
+
+
+# ---- Against chance ----
+
+SPACETIMES = {
+    "flat": None,
+    "isotropic": Spacetime.schwarzschild(0.1),
+    "areal": Spacetime.schwarzschild(0.1, "areal"),
+    "wormhole": Spacetime.ellis(0.3),
+}
+MATERIALS = {
+    "diffuse": diffuse((0.8, 0.5, 0.2)),
+    "metal": glossy((0.9, 0.9, 0.9), 0.4),
+    "glass": glass((1, 1, 1), 0.5, 1.5),
+}
+
+
+def room(spacetime, *closures):
+    """A floor, a ball, a lamp overhead and a glowing ball beside it, a sun and a sky, around a hole or wormhole."""
+    scene = new_scene()
+    add(scene, quad(3, 3), *closures)
+    add(scene, meshes.sphere(0.4, segments=16, rings=8), *closures, at=placed(-1, 0.3, 0.5))
+    lamp = np.diag([0.3, -0.3, -0.3, 1.0])
+    lamp[:3, 3] = 0.4, 0.2, 2.0
+    add(scene, quad(), emission((5, 5, 5)), at=lamp)
+    add(scene, meshes.sphere(0.15, segments=8, rings=4), emission((2, 1, 4)), at=placed(1.2, -0.4, 0.4))
+    scene.set_suns([(0.3, -0.5, 1)], [(20, 18, 15)], 0.3)
+    if spacetime is not None:
+        scene.set_spacetime(spacetime, placed(0, 0, 1.0))
+    perspective(scene, look_at((0, -5, 3), (0, 0, 0.5)), half=0.4)
+    scene.commit()
+    return scene
+
+
+@pytest.mark.parametrize("closures", MATERIALS)
+@pytest.mark.parametrize("spacetime", SPACETIMES)
+def test_all_ways_to_find_light_agree(spacetime, closures):
+    """Chance, connections and both have the same mean: a Z-test of the picture's mean over independent seeds."""
+    scene = room(SPACETIMES[spacetime], MATERIALS[closures])
+    means, noise = {}, {}
+    for sampling, samples in [("SCATTERING", 64), ("CONNECTIONS", 16), ("BOTH", 16)]:
+        settings = {"light_sampling": sampling, "max_bounces": 3, "roulette_start": 9, "names": ("combined",)}
+        runs = [render(scene, 16, 16, samples, seed=s, **settings)[0]["combined"][..., :3].mean() for s in range(24)]
+        means[sampling] = np.mean(runs, dtype=float), np.var(runs, ddof=1) / len(runs)
+        noise[sampling] = np.var(runs, ddof=1) * samples
+    for sampling in ("CONNECTIONS", "BOTH"):
+        (a, va), (b, vb) = means["SCATTERING"], means[sampling]
+        assert abs(a - b) < 4 * np.sqrt(va + vb), (sampling, means)
+    assert noise["BOTH"] < noise["SCATTERING"]
+
+
+@pytest.mark.parametrize("spacetime", [*SPACETIMES, "pair"])
+def test_furnace(spacetime):
+    """Walls that emit 1/2 and reflect 1/2 have radiance 1 wherever light is not lost, also through a wormhole."""
+    scene = new_scene()
+    if spacetime == "pair":
+        a, b = placed(-3, 0, 0), placed(3, 0.5, 0)
+        scene.set_spacetime_objects([(Spacetime.ellis(0.5), a, 2.0, 1), (Spacetime.ellis(0.5), b, 2.0, 0)])
+    elif SPACETIMES[spacetime] is not None:
+        scene.set_spacetime(SPACETIMES[spacetime])
+    if spacetime == "wormhole":
+        scene.set_world(material(emission((1, 1, 1))))
+    add(scene, meshes.sphere(8.0), diffuse((0.5,) * 3), emission((0.5,) * 3))
+    perspective(scene, look_at((-3, -4, 0), (-3, 0, 0)), half=0.6)
+    scene.commit()
+    settings = {"max_bounces": 60, "diffuse_bounces": 60, "roulette_start": 60, "names": ("combined",)}
+    if spacetime in ("isotropic", "areal"):  # the hole takes light: chance is the measure
+        exact = render(scene, 16, 16, 32, light_sampling="SCATTERING", **settings)[0]["combined"][..., 0]
+        both = render(scene, 16, 16, 32, **settings)[0]["combined"][..., 0]
+        difference = (both - exact).astype(float)
+        assert abs(z_score(difference, 0)) < 4
+    else:
+        assert abs(z_score(render(scene, 24, 24, 16, **settings)[0]["combined"][..., 0], 1)) < 4
+
+
+# ---- The draws ----
+
+
+@pytest.mark.parametrize("bent", [False, True])
+def test_draws_follow_their_probabilities(bent):
+    """Chi-square of 4e4 draws over all triangles, lamps and suns, for points in and around the lights; probabilities
+    sum to 1, and are looked up as they were drawn."""
+    rng = np.random.default_rng(11)
+    scene = new_scene()
+    if bent:
+        scene.set_spacetime(Spacetime.schwarzschild(0.1))
+    for k in range(3):
+        ball = meshes.sphere(0.3, segments=8, rings=4)
+        add(scene, ball, emission((1.0 + k, 1, 0.2)), at=placed(*rng.uniform(-2, 2, 3)))
+    tilted = np.array([[0.3, 0, -0.2, 1], [0, -0.5, 0, -1], [0.2, 0, -0.3, 2], [0, 0, 0, 1.0]])
+    add(scene, quad(), emission((4, 4, 4)), at=tilted, one_sided=True)
+    add_lamps(scene, (1, 1, 1), (-2, 0, 0.5), intensity=2.0)
+    scene.set_suns([(0, 0, 1), (1, 0, 0)], [(0.2, 0.2, 0.2), (0.1, 0.1, 0.1)], [0.5, 0.0])
+    scene.commit()
+    n = 40000
+    for point, normal in [((0, 0, 0.7), (0, 0, 1)), ((0.5, 0.3, -1), (0.6, 0, 0.8)), ((-5, 3, 2), (0, 0, 0))]:
+        u = rng.random((n, 4))
+        which, _, probability = scene.draw_lights(np.tile(point, (n, 1)), np.tile(normal, (n, 1)), u)
+        assert probability[:, 1] == pytest.approx(probability[:, 0], rel=1e-9)
+        rows, first, count = np.unique(which, axis=0, return_index=True, return_counts=True)
+        drawn = rows[:, 0] >= 0
+        expected = n * probability[first, 0]
+        often = drawn & (expected > 10)
+        chi2 = ((count - expected)[often] ** 2 / expected[often]).sum()
+        degrees = often.sum()
+        assert degrees > 20 and abs(chi2 - degrees) < 5 * np.sqrt(2 * degrees), (point, chi2, degrees)
+
+
+def test_draws_of_the_sky():
+    """The mean of 1 / pdf over draws in a part of the sky is its solid angle: here 16 x 16 equal parts."""
+    scene = new_scene()
+    scene.set_world(checkered_sky(5.0)[0])
+    scene.commit()
+    n = 200000
+    u = np.random.default_rng(5).random((n, 4))
+    which, direction, pdf = scene.draw_lights(np.zeros((n, 3)), np.zeros((n, 3)), u)
+    assert (which[:, 0] == 3).all() and np.linalg.norm(direction, axis=1) == pytest.approx(1)
+    assert pdf[:, 1] == pytest.approx(pdf[:, 0], rel=1e-6)
+    row = np.floor((direction[:, 2] + 1) * 8 * (1 - 1e-12))
+    column = np.floor((np.arctan2(direction[:, 1], direction[:, 0]) / np.pi + 1) * 8 * (1 - 1e-12))
+    part = (16 * row + column).astype(int)
+    sums, squares = (np.bincount(part, weights=pdf[:, 0] ** -k, minlength=256) for k in (1, 2))
+    error = np.sqrt(squares - sums**2 / n)
+    z = (sums - n * 4 * np.pi / 256) / error
+    assert abs(z).max() < 5 and abs((z**2).mean() - 1) < 5 * np.sqrt(2 / 256)
