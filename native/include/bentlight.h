@@ -11,6 +11,7 @@
 #include "bentlight/trace.h"     /* rays to infinity or the horizon */
 #include "bentlight/connect.h"   /* the rays that join two points */
 #include "bentlight/table.h"     /* deflection tables */
+#include "bentlight/sphere.h"    /* crossing a lens sphere by table */
 #include "bentlight/embree.h"    /* the ray-triangle library, found at run time */
 #include "bentlight/scene.h"     /* meshes, instances, spacetime objects */
 #include "bentlight/shading.h"   /* images, materials, the world */

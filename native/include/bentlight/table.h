@@ -5,8 +5,8 @@
  *   total(delta): the angle swept from infinity back to infinity (Schwarzschild: delta > 0; Ellis: either side of b = rho),
  *     segments by the bits of the float delta, so that its logarithmic divergence costs no logarithm;
  *   J = I / sin(psi): I is the angle swept going out to infinity from a finite radius at the angle psi to the outward radial.
- * A ray going out sweeps I, a ray going in total - I, and one that crosses a sphere total - 2 I. Radii closer than 4 M
- * (Ellis: |l| < rho / 4) and deltas beyond the segments are computed directly, which is exact and slower.
+ * A ray going out sweeps I, a ray going in total - I. Radii closer than 4 M (Ellis: |l| < rho / 4) and deltas beyond the
+ * segments are computed directly, which is exact and slower. Rays that just cross a sphere: sphere.h.
  */
 #ifndef BENTLIGHT_TABLE_H
 #define BENTLIGHT_TABLE_H
@@ -47,9 +47,4 @@ void bent_table_sweep(const bent_table *table, size_t n, const double *radius, c
  * measured one plus rounding, steps 0. */
 void bent_table_trace(const bent_table *table, size_t n, const double (*origins)[3], const double (*directions)[3],
                       const bent_trace_result *out);
-/* A lens sphere around the center with flat space outside: rays that enter at a point of it (n rows of `points`, their
- * radius is the sphere's) in an inward direction leave at exits[i] in the direction out_directions[i]; fate ESCAPED, CAPTURED, or
- * ESCAPED_FAR: leaves the equal sphere on the far side, there at the angular position of exits[i]. NaN unless it leaves. */
-void bent_table_cross(const bent_table *table, size_t n, const double (*points)[3], const double (*directions)[3],
-                      uint8_t *fate, double (*exits)[3], double (*out_directions)[3]);
 #endif

@@ -12,6 +12,7 @@ from .kerr_map import KerrMap
 from .program import OPERATIONS, Program, ProgramBuilder
 from .render import CHANNELS, RenderSettings, RenderStatistics
 from .scene import Scene
+from .sphere import LensSphere
 from .table import DeflectionTable, SampledTable
 from .trace import FATES, ray_path, trace_rays
 
@@ -24,6 +25,7 @@ __all__ = [
     "DeflectionTable",
     "ExrError",
     "KerrMap",
+    "LensSphere",
     "Program",
     "ProgramBuilder",
     "Progress",

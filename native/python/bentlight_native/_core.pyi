@@ -168,15 +168,33 @@ class Table:
         error: NDArray[np.float64],
         swept: NDArray[np.float64],
     ) -> None: ...
+
+class Sphere:
+    def measured(self) -> tuple[float, float, float, float]: ...
     def cross(
         self,
         points: NDArray[np.float64],
         directions: NDArray[np.float64],
         fate: NDArray[np.uint8],
-        exits: NDArray[np.float64],
-        out_directions: NDArray[np.float64],
+        exit: NDArray[np.float64],
+        direction: NDArray[np.float64],
+        swept: NDArray[np.float64],
+        length: NDArray[np.float64],
+        error: NDArray[np.float64],
+    ) -> None: ...
+    def emerge(
+        self,
+        points: NDArray[np.float64],
+        directions: NDArray[np.float64],
+        fate: NDArray[np.uint8],
+        exit: NDArray[np.float64],
+        direction: NDArray[np.float64],
+        swept: NDArray[np.float64],
+        length: NDArray[np.float64],
+        error: NDArray[np.float64],
     ) -> None: ...
 
+def sphere_new(spacetime: Spacetime, radius: float) -> Sphere: ...
 def table_constants() -> tuple[int, float, float]: ...
 def table_new(spacetime: Spacetime) -> Table: ...
 def table_map(

@@ -96,18 +96,6 @@ class DeflectionTable:
         self._core.trace(origins, directions, fate, direction, error, swept)
         return {"fate": fate, "direction": direction, "error": error, "swept": swept}
 
-    def cross(self, points: ArrayLike, directions: ArrayLike) -> dict[str, NDArray]:
-        """Cross a lens sphere: rays that enter at `points` (n, 3) of it, inward, and where and how they leave.
-
-        Returns "fate", "exit" (n, 3) on the same sphere (fate 3: angular position times the radius, on the far
-        side) and "direction" (n, 3). NaN unless the ray leaves; fate 0 for a ray that does not point inward.
-        """
-        points, directions = (np.ascontiguousarray(v, dtype=np.float64) for v in (points, directions))
-        n = len(points)
-        fate, exits, outgoing = np.empty(n, np.uint8), np.empty((n, 3)), np.empty((n, 3))
-        self._core.cross(points, directions, fate, exits, outgoing)
-        return {"fate": fate, "exit": exits, "direction": outgoing}
-
 
 def table_header(spacetime: _core.Spacetime, kind: str, **numbers: float) -> dict[str, str]:
     """Header attributes that a reader must find unchanged."""

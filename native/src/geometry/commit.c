@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "geometry/cross.h"
 #include "geometry/geometry.h"
 #include "geometry/jump.h"
 #include "geometry/mesh.h"
@@ -129,14 +130,6 @@ static void bound_float_error(instance *i, vec3 origin)
   i->float_error_offset = unit * backward * fmax(fabs(b.x), fmax(fabs(b.y), fabs(b.z)));
 }
 
-/* The kinds of ray that meet an instance, shadows among them. */
-static uint32_t mask_of(const instance *i)
-{
-  return (i->visibility & BENT_VISIBLE_ALL) | (i->visibility & BENT_SHADOWLESS ? 0 : BENT_SHADOW);
-}
-
-static int is_seen(const geometry *g, const instance *i) { return g->meshes[i->mesh].triangle_count && mask_of(i); }
-
 static void instance_attach(geometry *g, size_t index)
 {
   const embree_table *e = embree();
@@ -149,7 +142,7 @@ static void instance_attach(geometry *g, size_t index)
   bound_float_error(i, g->origin);
   e->set_geometry_instanced_scene(geometry, g->meshes[i->mesh].scene);
   e->set_geometry_transform(geometry, 0, EMBREE_FLOAT3X4_ROW_MAJOR, matrix);
-  e->set_geometry_mask(geometry, mask_of(i));
+  e->set_geometry_mask(geometry, instance_mask(i));
   e->commit_geometry(geometry);
   e->attach_geometry_by_id(g->top, geometry, (unsigned)index);
   e->release_geometry(geometry);
@@ -185,12 +178,9 @@ static void bound(geometry *g)
   if (v3_length(g->center) > g->radius) g->origin = g->center;
 }
 
-bent_status geometry_commit(geometry *g, bent_progress *progress, bent_error *error)
+static bent_status rebuild(geometry *g, bent_progress *progress, bent_error *error)
 {
   bent_status status = BENT_OK;
-  for (size_t i = 0; i < g->lens_count; i++)
-    if ((status = jump_commit(&g->lenses[i], error))) return status;
-  if (g->top && !g->changed) return BENT_OK;
   if (!embree() && (status = bent_embree_load(0, NULL, error))) return status;
   for (size_t i = 0; i < g->instance_count; i++) {
     mesh *m = &g->meshes[g->instances[i].mesh];
@@ -205,6 +195,16 @@ bent_status geometry_commit(geometry *g, bent_progress *progress, bent_error *er
     if (is_seen(g, &g->instances[i])) instance_attach(g, i);
   commit_scene(g->top, progress);
   if ((status = embree_check("building the scene", error))) return status;
+  for (size_t i = 0; i < g->lens_count; i++) g->lenses[i].clearness = CLEARNESS_UNKNOWN;
   g->changed = 0;
   return BENT_OK;
+}
+
+bent_status geometry_commit(geometry *g, bent_progress *progress, bent_error *error)
+{
+  bent_status status = BENT_OK;
+  for (size_t i = 0; i < g->lens_count; i++)
+    if ((status = jump_commit(&g->lenses[i], error))) return status;
+  if ((!g->top || g->changed) && (status = rebuild(g, progress, error))) return status;
+  return cross_commit(g, error);
 }

@@ -173,17 +173,7 @@ static void report_stop(march *m, const outcome *out, int lane, const lanes dire
     t->leg = LEG_FLAT;
     return;
   }
-  /* Through the throat: the same point and tangential direction, outward again, mirrored (docs: the mouths' axes are
-   * joined by diag(1, -1, 1)). */
-  const lens *exit = &m->g->lenses[m->lens->exit];
-  vec3 x = v3_normalize(mat4_point(&m->lens->spacetime_from_world, t->position)), d = lane_vec3(direction, lane);
-  if (v3_dot(d, x) < 0) d = v3_mad(x, -2 * v3_dot(d, x), d); /* else rounding has put the arc's end beyond already */
-  d.y = -d.y;
-  x.y = -x.y;
-  x = v3_scale(x, 0.5 * exit->spacetime.throat_radius);
-  t->position = mat4_point(&exit->world_from_spacetime, x);
-  t->direction = v3_normalize(mat4_vector(&exit->world_from_spacetime, d));
-  t->leg = m->lens->exit;
+  traveler_pass_throat(t, m->g, m->lens, lane_vec3(direction, lane));
 }
 
 /* Lanes that reach infinity, the horizon, or nothing at all. */

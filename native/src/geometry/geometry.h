@@ -4,6 +4,7 @@
 #include "base/vec3.h"
 #include "bentlight/intersect.h"
 #include "bentlight/scene.h"
+#include "bentlight/sphere.h"
 #include "bentlight/table.h"
 #include "geometry/embree.h"
 
@@ -36,6 +37,9 @@ typedef struct instance {
   double float_error_offset, float_error_scale;
 } instance;
 
+/* Whether anything that rays can meet reaches into the sphere of a lens. */
+typedef enum clearness { CLEARNESS_UNKNOWN, OCCUPIED, CLEAR } clearness;
+
 /* A spacetime object with what intersection needs of it, in world units. */
 typedef struct lens {
   bent_spacetime spacetime;
@@ -47,6 +51,8 @@ typedef struct lens {
   int exit;      /* index of the mouth where rays through the throat come out; -1: none */
   bent_table *table;  /* of deflection, for the way to infinity; NULL where there is none (jump.h) */
   double table_error; /* its measured maximum, radians */
+  clearness clearness; /* of a finite sphere that can be crossed by table; as of the last commit */
+  bent_sphere *sphere; /* how a clear one is crossed; NULL until it is one (cross.h). Equal lenses share it */
 } lens;
 
 typedef struct geometry {
@@ -68,6 +74,18 @@ bent_status geometry_new(geometry **out, bent_error *error);
 void geometry_free(geometry *g);
 /* Builds or refits what changed since the last commit. */
 bent_status geometry_commit(geometry *g, bent_progress *progress, bent_error *error);
+
+/* The kinds of ray that meet an instance, shadows among them. */
+static inline uint32_t instance_mask(const instance *i)
+{
+  return (i->visibility & BENT_VISIBLE_ALL) | (i->visibility & BENT_SHADOWLESS ? 0 : BENT_SHADOW);
+}
+
+/* Whether rays can meet anything of the instance. */
+static inline int is_seen(const geometry *g, const instance *i)
+{
+  return g->meshes[i->mesh].triangle_count && instance_mask(i);
+}
 
 /* Vertex `corner` of a triangle of an instance, in world coordinates. */
 static inline vec3 geometry_vertex(const geometry *g, int instance_index, int triangle, int corner)

@@ -3,13 +3,14 @@
 
 #include <math.h>
 
+#include "geometry/cross.h"
 #include "geometry/flat.h"
 #include "geometry/jump.h"
 #include "geometry/travel.h"
 #include "scene/scene.h"
 
 enum {
-  BATCH = 256,   /* rays between two looks at the progress cell, side by side in one batch */
+  BATCH = TRAVELERS_MAX, /* rays between two looks at the progress cell, side by side in one batch */
   LEGS_MAX = 64, /* a ray that goes to and fro between lenses for longer is unresolved */
 };
 
@@ -50,6 +51,7 @@ static void set_out(const geometry *g, const bent_ray *ray, const lens *l, int i
   t->position = v3_from(ray->origin);
   t->direction = v3_normalize(v3_from(ray->direction));
   t->leg = l ? (int)(l - g->lenses) : LEG_FLAT;
+  t->at = AT_ANY;
   t->left = -1;
   t->leaving = ray->source_instance >= 0;
   t->legs = 0;
@@ -112,6 +114,7 @@ static void go(const geometry *g, const view *v, traveler *t, bent_hit *hit)
     hit->length += v->entry;
     t->position = v3_mad(t->direction, v->entry, t->position);
     t->leg = v->next;
+    t->at = AT_SPHERE;
   }
 }
 
@@ -140,8 +143,13 @@ static size_t travel(const geometry *g, size_t n, const bent_ray *rays, traveler
     size_t count = 0;
     for (size_t i = 0; i < n; i++)
       if (travelers[i].leg == leg) index[count++] = (uint32_t)i;
-    if (count && leg == LEG_FLAT) travel_flat(g, count, index, rays, travelers, hits);
-    else if (count) BENT_CALL(bent_travel_curved)(g, leg, count, index, rays, travelers, hits);
+    if (!count) continue;
+    if (leg == LEG_FLAT) {
+      travel_flat(g, count, index, rays, travelers, hits);
+      continue;
+    }
+    count = cross(g, leg, count, index, rays, travelers, hits);
+    BENT_CALL(bent_travel_curved)(g, leg, count, index, rays, travelers, hits);
   }
   size_t away = 0, left = 0;
   for (size_t i = 0; i < n; i++)

@@ -5,10 +5,10 @@
 /* Rays of one lens on their last leg, in spacetime axes. */
 typedef struct batch {
   size_t count;
-  uint32_t target[JUMP_MAX];
-  double origins[JUMP_MAX][3], directions[JUMP_MAX][3];
-  uint8_t fate[JUMP_MAX];
-  double asymptote[JUMP_MAX][3], error[JUMP_MAX], swept[JUMP_MAX];
+  uint32_t target[TRAVELERS_MAX];
+  double origins[TRAVELERS_MAX][3], directions[TRAVELERS_MAX][3];
+  uint8_t fate[TRAVELERS_MAX];
+  double asymptote[TRAVELERS_MAX][3], error[TRAVELERS_MAX], swept[TRAVELERS_MAX];
 } batch;
 
 static bent_trace_result results_of(batch *b)

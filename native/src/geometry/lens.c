@@ -140,7 +140,12 @@ bent_status bent_scene_set_spacetimes(bent_scene *scene, size_t count, const ben
 
 void lenses_free(lens *lenses, size_t count)
 {
-  for (size_t i = 0; i < count; i++) bent_table_free(lenses[i].table);
+  for (size_t i = 0; i < count; i++) {
+    bent_table_free(lenses[i].table);
+    for (size_t j = i + 1; j < count; j++)
+      if (lenses[j].sphere == lenses[i].sphere) lenses[j].sphere = NULL; /* shared */
+    bent_sphere_free(lenses[i].sphere);
+  }
   free(lenses);
 }
 

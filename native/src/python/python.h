@@ -55,6 +55,7 @@ int spacetime_add_type(PyObject *module);
 int progress_add_type(PyObject *module);
 int scene_add_type(PyObject *module);
 int table_add_type(PyObject *module);
+int sphere_add_type(PyObject *module);
 /* The value inside a Spacetime, or NULL with TypeError. */
 const bent_spacetime *spacetime_value(PyObject *object);
 /* The cell inside a Progress; None gives NULL with *ok = 1. */
@@ -65,5 +66,5 @@ bent_scene *scene_value(PyObject *object);
 /* Methods of Scene, by topic: scene_geometry.c, scene_shading.c, scene_render.c. */
 extern PyMethodDef scene_geometry_methods[], scene_shading_methods[], scene_render_methods[];
 /* Functions of the module, by topic. */
-extern PyMethodDef trace_functions[], connect_functions[], table_functions[], render_functions[], embree_functions[];
+extern PyMethodDef trace_functions[], connect_functions[], table_functions[], sphere_functions[], render_functions[], embree_functions[];
 #endif

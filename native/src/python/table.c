@@ -153,23 +153,6 @@ static PyObject *trace(PyObject *self, PyObject *args)
   Py_RETURN_NONE;
 }
 
-static PyObject *cross(PyObject *self, PyObject *args)
-{
-  static const array wanted[] = {{"points", 'd', 2, BUFFER_FINITE}, {"directions", 'd', 2, BUFFER_FINITE},
-                                 {"fate", 'B', 1, BUFFER_WRITE}, {"exits", 'd', 2, BUFFER_WRITE},
-                                 {"out_directions", 'd', 2, BUFFER_WRITE}};
-  buffer b[5] = {0};
-  size_t n;
-  const bent_table *table = get_arrays(self, args, wanted, 5, b, &n);
-  if (!table) return NULL;
-  Py_BEGIN_ALLOW_THREADS
-  bent_table_cross(table, n, buffer_data(&b[0]), buffer_data(&b[1]), buffer_data(&b[2]), buffer_data(&b[3]),
-                   buffer_data(&b[4]));
-  Py_END_ALLOW_THREADS
-  buffer_release_all(b, 5);
-  Py_RETURN_NONE;
-}
-
 static PyGetSetDef getset[] = {{"rows", get_rows, NULL, "Rows to build.", NULL}, {0}};
 static PyMethodDef methods[] = {
     {"build", build, METH_VARARGS, "build(first, last, progress=None)\n\nBuild rows first <= row < last."},
@@ -177,7 +160,6 @@ static PyMethodDef methods[] = {
     {"total", total, METH_VARARGS, "total(delta, angle)"},
     {"sweep", sweep, METH_VARARGS, "sweep(radius, cosine, sine, fate, swept)"},
     {"trace", trace, METH_VARARGS, "trace(origins, directions, fate, direction, error, swept)"},
-    {"cross", cross, METH_VARARGS, "cross(points, directions, fate, exits, out_directions)"},
     {0}};
 static PyType_Slot slots[] = {{Py_tp_doc, "The core of a bentlight_native.DeflectionTable."}, {Py_tp_dealloc, dealloc},
                               {Py_tp_getset, getset}, {Py_tp_methods, methods}, {0, NULL}};

@@ -18,22 +18,36 @@ LANES_INLINE lanes inverse_smoothstep(lanes y)
   return x;
 }
 
+/* The roots u_1 < 0 < u_t < u_3 of P of a ray with a barrier; d = u - 1/3; gap = u_3 - u_t. */
+typedef struct barrier {
+  lanes u_1, u_t, u_3, d_t, d_3, gap;
+} barrier;
+
+/* y = -27 p0 in (0, 1], inverse_b2 = 1 / beta^2. The roots are deflated in d where the two next to the barrier stay apart,
+ * and in u where the two next to infinity do. */
+LANES_INLINE barrier barrier_of(lanes y, lanes inverse_b2)
+{
+  const lanes_mask near_critical = y < 0.5;
+  const lanes x = inverse_smoothstep(lanes_select(near_critical, y, 27 * inverse_b2));
+  barrier b;
+  b.d_t = lanes_select(near_critical, -x, x - 1) * (1.0 / 3);
+  b.u_t = lanes_select(near_critical, 1 - x, x) * (1.0 / 3);
+  const lanes sum = -0.5 - b.d_t, product = y * (1.0 / 54) / b.d_t;
+  b.d_3 = product / (0.5 * (sum - lanes_sqrt(sum * sum - 4 * product)));
+  b.u_3 = b.d_3 + 1.0 / 3, b.u_1 = -0.5 * inverse_b2 / (b.u_t * b.u_3), b.gap = b.d_3 - b.d_t;
+  return b;
+}
+
 /* Angle swept from u_o to infinity by a ray with a barrier that starts below it, going out or first in to the turning
  * point. slope2 = P(u_o), y = -27 p0 in (0, 1], inverse_b2 = 1 / beta^2. */
 LANES_INLINE lanes sweep_with_barrier(lanes y, lanes inverse_b2, lanes d_o, lanes u_o, lanes slope2, lanes_mask inward)
 {
-  const lanes_mask near_critical = y < 0.5;
-  const lanes x = inverse_smoothstep(lanes_select(near_critical, y, 27 * inverse_b2));
-  /* Deflate in d, where the two roots next to the barrier stay apart, and in u, where the two next to infinity do. */
-  const lanes d_t = lanes_select(near_critical, -x, x - 1) * (1.0 / 3);
-  const lanes u_t = lanes_select(near_critical, 1 - x, x) * (1.0 / 3);
-  const lanes sum = -0.5 - d_t, product = y * (1.0 / 54) / d_t;
-  const lanes d_3 = product / (0.5 * (sum - lanes_sqrt(sum * sum - 4 * product)));
-  const lanes u_3 = d_3 + 1.0 / 3, u_1 = -0.5 * inverse_b2 / (u_t * u_3), gap = d_3 - d_t;
-  const lanes first = lanes_sqrt(u_t) * lanes_rf(u_3 * (u_t - u_1), -u_1 * gap, gap * (u_t - u_1));
+  const barrier b = barrier_of(y, inverse_b2);
+  const lanes rise = b.u_t - b.u_1;
+  const lanes first = lanes_sqrt(b.u_t) * lanes_rf(b.u_3 * rise, -b.u_1 * b.gap, b.gap * rise);
   /* u_t - u_o from P(u_o), which is known to relative accuracy also close to the turning point. */
-  const lanes before = 0.5 * slope2 / ((d_3 - d_o) * (u_o - u_1));
-  const lanes second = lanes_sqrt(before) * lanes_rf((d_3 - d_o) * (u_t - u_1), (u_o - u_1) * gap, gap * (u_t - u_1));
+  const lanes before = 0.5 * slope2 / ((b.d_3 - d_o) * (u_o - b.u_1));
+  const lanes second = lanes_sqrt(before) * lanes_rf((b.d_3 - d_o) * rise, (u_o - b.u_1) * b.gap, b.gap * rise);
   return M_SQRT2 * (first + lanes_select(inward, second, -second));
 }
 

@@ -87,9 +87,3 @@ void bent_table_trace(const bent_table *table, size_t n, const double (*origins)
 {
   BENT_CALL(table_trace)(table, n, origins, directions, out);
 }
-
-void bent_table_cross(const bent_table *table, size_t n, const double (*points)[3], const double (*directions)[3],
-                      uint8_t *fate, double (*exits)[3], double (*out_directions)[3])
-{
-  BENT_CALL(table_cross)(table, n, points, directions, fate, exits, out_directions);
-}

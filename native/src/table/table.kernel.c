@@ -1,10 +1,10 @@
 /* Filling and reading deflection tables over SIMD lanes; the direct evaluation is that of the endpoint route. */
-#include "table/table_data.h"
-
 #include <string.h>
 
 #include "spacetime/endpoint_ellis.h"
 #include "spacetime/endpoint_schwarzschild.h"
+#include "table/fit.h"
+#include "table/table_data.h"
 
 #define CRITICAL 5.19615242270663188058 /* b_c / M = sqrt(27) */
 
@@ -41,39 +41,7 @@ LANES_INLINE lanes outward_direct(const bent_table *table, lanes x, lanes y)
   return endpoint_schwarzschild(1, 0, &a).swept / a.sine;
 }
 
-/* Fitting -------------------------------------------------------------------------------------------------------- */
-
-/* Node k of `count` Chebyshev nodes on [-1, 1]; those beyond repeat them. */
-LANES_INLINE double chebyshev_node(int k, int count) { return cos(M_PI * (k + 0.5) / count); }
-
-/* values at the Chebyshev nodes, `stride` apart -> monomial coefficients in place. count <= TABLE_WIDTH */
-LANES_INLINE void fit(double *values, int stride, int count)
-{
-  double chebyshev[TABLE_WIDTH], power[TABLE_WIDTH][TABLE_WIDTH] = {{0}}; /* power[j]: T_j in monomials */
-  for (int j = 0; j < count; j++) {
-    double sum = 0;
-    for (int k = 0; k < count; k++) sum += values[k * stride] * cos(M_PI * j * (k + 0.5) / count);
-    chebyshev[j] = sum * (j ? 2.0 : 1.0) / count;
-  }
-  power[0][0] = power[1][1] = 1;
-  for (int j = 2; j < count; j++)
-    for (int i = 0; i < count; i++) power[j][i] = (i ? 2 * power[j - 1][i - 1] : 0) - power[j - 2][i];
-  for (int i = 0; i < count; i++) {
-    double sum = 0;
-    for (int j = 0; j < count; j++) sum += chebyshev[j] * power[j][i];
-    values[i * stride] = sum;
-  }
-}
-
-static void note_errors(const double *a, const double *b, size_t n, table_row_error *error)
-{
-  for (size_t i = 0; i < n; i++) {
-    const double e = fabs(a[i] - b[i]);
-    if (!(e <= error->max)) error->max = e; /* NaN shows */
-    error->square_sum += e * e;
-  }
-  error->count += n;
-}
+/* Filling -------------------------------------------------------------------------------------------------------- */
 
 /* total at TABLE_WIDTH deltas */
 static void total_direct_all(const bent_table *table, const double *deltas, double *out)
@@ -107,14 +75,6 @@ void BENT_KERNEL(table_fill_total)(bent_table *table, size_t side, size_t octave
 }
 
 /* Reading -------------------------------------------------------------------------------------------------------- */
-
-/* Lane i of the result is entry k of row index[i]. */
-LANES_INLINE lanes gather(const double *rows, size_t width, const int64_t *index, size_t k)
-{
-  lanes value = {0};
-  for (int i = 0; i < LANES; i++) value[i] = rows[(size_t)index[i] * width + k];
-  return value;
-}
 
 /* Beyond the segments: total = const - log|delta| toward the critical ray, and its series in 1/b far from it. */
 LANES_INLINE lanes total_beyond(const bent_table *table, lanes size, lanes looked_up)
@@ -328,39 +288,5 @@ void BENT_KERNEL(table_trace)(const bent_table *table, size_t n, const double (*
     end.error += measured.total_max + measured.sweep_max;
     endpoint_turn(&end, &a);
     endpoint_store(&end, first, n - first < LANES ? n - first : LANES, out);
-  }
-}
-
-void BENT_KERNEL(table_cross)(const bent_table *table, size_t n, const double (*points)[3],
-                              const double (*directions)[3], uint8_t *fate, double (*exits)[3],
-                              double (*out_directions)[3])
-{
-  for (size_t first = 0; first < n; first += LANES) {
-    lanes position[3], direction[3];
-    lanes_load_rows(points, NULL, first, n, position);
-    lanes_load_rows(directions, NULL, first, n, direction);
-    aim a = aim_from(position, direction);
-    const table_place place = place_of(table, &a);
-    /* The way in and the way out are mirror images: total - 2 I of the outgoing ray. */
-    const lanes_mask inward = a.cosine < 0;
-    const lanes total = total_lanes(table, place.delta);
-    a.cosine = lanes_abs(a.cosine);
-    const endpoint outward = sweep_lanes(table, &a);
-    const lanes swept = total - 2 * outward.swept;
-    const lanes_mask known = inward & (lanes_is_finite(swept) | place.captured);
-    const lanes_mask how = fate_of(&place) & known;
-    lanes sine, cosine;
-    lanes_sincos(swept, &sine, &cosine);
-    for (size_t i = 0; i < LANES && first + i < n; i++) {
-      const size_t at = first + i;
-      const int leaves = how[i] == BENT_ESCAPED || how[i] == BENT_ESCAPED_FAR;
-      fate[at] = (uint8_t)how[i];
-      for (int k = 0; k < 3; k++) {
-        const double outward_k = a.outward[k][i], side_k = a.sideward[k][i];
-        const double n_k = outward_k * cosine[i] + side_k * sine[i], e_k = side_k * cosine[i] - outward_k * sine[i];
-        exits[at][k] = leaves ? a.radius[i] * n_k : NAN;
-        out_directions[at][k] = leaves ? a.cosine[i] * n_k + a.sine[i] * e_k : NAN;
-      }
-    }
   }
 }

@@ -43,7 +43,4 @@ BENT_DECLARE_KERNEL(void, table_sweep,
 BENT_DECLARE_KERNEL(void, table_trace,
                     (const bent_table *table, size_t n, const double (*origins)[3], const double (*directions)[3],
                      const bent_trace_result *out))
-BENT_DECLARE_KERNEL(void, table_cross,
-                    (const bent_table *table, size_t n, const double (*points)[3], const double (*directions)[3],
-                     uint8_t *fate, double (*exits)[3], double (*out_directions)[3]))
 #endif

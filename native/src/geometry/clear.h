@@ -1,0 +1,9 @@
+/* Whether the sphere of a lens is clear of triangles. */
+#ifndef BENT_GEOMETRY_CLEAR_H
+#define BENT_GEOMETRY_CLEAR_H
+#include "geometry/geometry.h"
+
+/* Nonzero unless a triangle that rays can meet touches the closed sphere, or may for all that Embree's float32 sees. The
+ * instances' float errors must be known. About 2 ms for a mesh of a million triangles whose box reaches into the sphere. */
+int is_clear(const geometry *g, const lens *l);
+#endif
