@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 from bench_trace import yardstick_time
-from bentlight_native import DeflectionTable, KerrMap, SampledTable, Spacetime, instruction_set, trace_rays
+from bentlight_native import DeflectionTable, KerrMap, LensSphere, SampledTable, Spacetime, instruction_set, trace_rays
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "native"))
 from rays import angle_between, unit
@@ -95,10 +95,18 @@ def bench_finite(name, table, count, repeat) -> Iterator[Lookup]:
     seconds = fastest(lambda: table._core.trace(origins, directions, fate, direction, error, swept), repeat)
     apart = angle_between(direction[out], traced["direction"][out])
     yield lookup(f"{name}, point and direction", seconds, count, apart)
-    points = 20 * core * unit(origins)
-    exits, outgoing = np.empty((count, 3)), np.empty((count, 3))
-    seconds = fastest(lambda: table._core.cross(points, directions, fate, exits, outgoing), repeat)
-    yield lookup(f"{name}, across a lens sphere", seconds, count)
+
+
+def bench_sphere(name, spacetime, count, repeat) -> Iterator[Lookup]:
+    """Rays over all of a lens sphere of 20 core radii; the error is the largest that each states."""
+    radius = 20 * spacetime.core_radius
+    sphere = LensSphere(spacetime, radius)
+    random = np.random.default_rng(4)
+    points = radius * unit(random.normal(size=(count, 3)))
+    directions = unit(random.normal(size=(count, 3)) * 0.3 * radius - points)
+    out = sphere.cross(points, directions)
+    seconds = fastest(lambda: sphere._core.cross(points, directions, *out.values()), repeat)
+    yield lookup(f"{name}, across a lens sphere", seconds, count, out["error"][out["fate"] != 0])
 
 
 def bench_images(name, table, count) -> Iterator[Lookup]:
@@ -129,6 +137,7 @@ def report(unit_ns: float, count: int = 65536, repeat: int = 30) -> tuple[str, l
         table = DeflectionTable(spacetime, threads=1)
         numbers = ", ".join(f"{key} {value:.1e}" for key, value in table.measured._asdict().items())
         mine = [*bench_total(name, table, count, repeat), *bench_finite(name, table, count, repeat)]
+        mine += bench_sphere(name, spacetime, count, repeat)
         mine += bench_images(name, table, count)
         lines += [
             f"{name}: built in {1e3 * build:.1f} ms on one thread; measured {numbers}\n",

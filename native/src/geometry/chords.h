@@ -17,6 +17,8 @@
 /* Chords are tried at this part of the length that should just do. */
 #define SAFETY 0.97
 #define TRIALS_MAX 200
+/* Of lens_edge; most rays take 10. */
+#define EDGE_STEPS 64
 
 /* With u the distance of the arc's middle from a chord that ends on the arc: moving that end outward by u END_SHIFT leaves
  * the middle as far inside. Were the begin on the arc, the largest distance, beside the middle, would be u STRAY_SHIFTED. */
@@ -106,25 +108,29 @@ LANES_INLINE chord chord_choose(const march *m, const arc *arc, lanes from, lane
   return c;
 }
 
-/* Where lanes in `out` leave the sphere of the lens between two offsets, by the Illinois variant of regula falsi. The
- * sphere is entered at offset `from` when a leg begins there, so what is inside must be taken on trust at that end. */
+/* Where lanes in `out` leave the sphere of the lens between two offsets, by the Illinois variant of regula falsi, with a
+ * bisection now and then: of rays that graze the sphere the edge lies far from `to` and close to `from`. There a leg may
+ * begin, on the sphere, so that what is inside but for rounding counts as inside. Lanes stop on their own. */
 LANES_INLINE lanes lens_edge(const march *m, const arc *arc, lanes from, lanes to, lanes_mask out)
 {
   const double radius = m->lens->radius / m->lens->scale, radius2 = radius * radius;
   lanes low = from, high = to, low_value = {0}, high_value = {0};
-  for (int i = 0; i < 16; i++) {
+  lanes_mask moving = out;
+  for (int i = 0; i < EDGE_STEPS && lanes_any(moving); i++) {
     lanes x = i == 0 ? low : i == 1 ? high : low - low_value * (high - low) / (high_value - low_value);
+    if (i > 1 && i % 3 == 0) x = 0.5 * (low + high);
     lanes numerator[3], w;
     lanes_mask far;
     arc_position(&m->space, &m->ray, arc, x, numerator, &w, &far);
-    const lanes value = lanes_dot(numerator, numerator) - radius2 * w * w;
-    if (i == 0) low_value = lanes_min(value, -1e-15 * radius2 * w * w);
+    const lanes value = lanes_dot(numerator, numerator) - radius2 * w * w, rounding = 1e-15 * radius2 * w * w;
+    if (i == 0) low_value = lanes_min(value, -rounding);
     else if (i == 1) high_value = value;
     else {
-      const lanes_mask inside = value < 0;
-      low_value = lanes_select(inside, value, 0.5 * low_value);
+      const lanes_mask inside = value <= rounding;
+      low_value = lanes_select(inside, lanes_min(value, -rounding), 0.5 * low_value);
       high_value = lanes_select(inside, 0.5 * high_value, value);
-      low = lanes_select(inside, x, low), high = lanes_select(inside, high, x);
+      low = lanes_select(moving & inside, x, low), high = lanes_select(moving & ~inside, x, high);
+      moving &= (high - low) > 1e-13 * (to - from);
     }
   }
   return lanes_select(out, high, to);
