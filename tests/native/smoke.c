@@ -267,14 +267,48 @@ static void test_tables(void)
     bent_table_total(table, 1, &delta, &angle);
     CHECK(angle > 3.2);
     const double origin[1][3] = {{10, 0, 0}}, direction[1][3] = {{-1, 0.9, 0}};
-    double exits[1][3], outgoing[1][3];
     uint8_t fate;
     bent_table_trace(table, 1, origin, direction, &(bent_trace_result){.fate = &fate});
     CHECK(fate == BENT_ESCAPED);
-    bent_table_cross(table, 1, origin, direction, &fate, exits, outgoing);
-    CHECK(fate == BENT_ESCAPED && isfinite(exits[0][0]) && isfinite(outgoing[0][0]));
     bent_table_free(table);
+
+    bent_sphere *sphere = NULL;
+    CHECK(refused(bent_sphere_new(&kinds[k], 0.6, &sphere, &error), BENT_ERROR_ARGUMENT, &error));
+    bent_sphere_free(NULL);
+    CHECK(bent_sphere_new(&kinds[k], 10, &sphere, &error) == BENT_OK);
+    double exit[1][3], outgoing[1][3], swept, length, ray_error;
+    const bent_crossing crossing = {&fate, exit, outgoing, &swept, &length, &ray_error};
+    bent_sphere_cross(sphere, 1, origin, direction, &crossing);
+    CHECK(fate == BENT_ESCAPED && isfinite(exit[0][0]) && isfinite(outgoing[0][0]) && length > 10);
+    bent_sphere_free(sphere);
   }
+}
+
+/* Equal holes share what their spheres are crossed by, whatever the order in which they come and go. */
+static void test_shared_spheres(void)
+{
+  bent_error error = {0};
+  bent_scene *scene = NULL;
+  CHECK(bent_scene_new(&scene, &error) == BENT_OK);
+  const double masses[][4] = {{0.1, 0.1, 0.2, 0.1}, {0.2, 0.1, 0.1, 0.2}, {0.1, 0.1, 0.1, 0.1}};
+  for (int round = 0; round < 3; round++) {
+    bent_spacetime_object objects[4];
+    for (int i = 0; i < 4; i++) {
+      objects[i] = (bent_spacetime_object){.sphere_radius = 2, .exit = -1};
+      CHECK(bent_schwarzschild(masses[round][i], BENT_CHART_ISOTROPIC, &objects[i].spacetime, &error) == BENT_OK);
+      for (int k = 0; k < 4; k++) objects[i].world_from_spacetime[k][k] = 1;
+      objects[i].world_from_spacetime[0][3] = 5 * i;
+    }
+    CHECK(bent_scene_set_spacetimes(scene, 4, objects, &error) == BENT_OK);
+    CHECK(bent_scene_commit(scene, NULL, &error) == BENT_OK);
+    const bent_ray ray = {.origin = {-5, 0.5, 0}, .direction = {1, 0, 0}, .tolerance = 1e-6, .angular_tolerance = 1e-6,
+                          .length_max = INFINITY, .source_instance = -1, .source_triangle = -1,
+                          .visibility = BENT_VISIBLE_ALL};
+    bent_hit hit;
+    CHECK(bent_scene_intersect(scene, 1, &ray, &hit, NULL, &error) == BENT_OK);
+    CHECK(hit.fate != BENT_UNRESOLVED && hit.swept > 1);
+  }
+  bent_scene_free(scene);
 }
 
 int main(int argc, char **argv)
@@ -288,6 +322,7 @@ int main(int argc, char **argv)
   test_spacetimes();
   test_rays();
   test_tables();
+  test_shared_spheres();
   printf("smoke: %d checks passed\n", checks);
   return 0;
 }

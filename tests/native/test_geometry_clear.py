@@ -1,7 +1,7 @@
 """Spheres of influence that nothing reaches into are crossed by table: nothing may change by that but the time.
 
-A speck that no ray meets, somewhere in a sphere, has it marched. Which of the two happened shows at coarse tolerances: tables
-do not get worse there.
+A speck that no ray meets, somewhere in a sphere, has it marched. Which of the two happened shows at coarse tolerances:
+tables do not get worse there.
 """
 
 import time
@@ -9,7 +9,7 @@ import time
 import meshes
 import numpy as np
 import pytest
-from bentlight_native import RenderSettings, Scene, Spacetime
+from bentlight_native import Scene, Spacetime
 from rays import unit
 from scenes import add, emission, look_at, new_scene, perspective, render
 from test_geometry_lenses import DEAD_END, TWO_HOLES, WORMHOLE, placed
@@ -141,22 +141,18 @@ def test_tables_and_marching_meet_at_a_throat():
             assert np.nanquantile(off, 0.99) < 1e-6 and np.nanmax(off) < 1e-3, key
 
 
-def coarse_error(scene, name="isotropic"):
-    """Largest angular error of rays past the sphere of `one_lens` at a coarse tolerance: what tells table from arcs."""
-    origins, directions = rays_into(np.zeros(3), 4.0, np.linspace(0.7, 0.95, 50), 1.0)
-    got = scene.intersect(origins, directions, 0.1, angular_tolerance=0.03)
-    exact = enclosed_scene(one_lens(name), FAR).intersect(origins, directions, 1e-9, angular_tolerance=1e-10)
-    return np.linalg.norm(got["direction"] - exact["direction"], axis=1).max()
-
-
 def one_lens(name):
     return [(SPACETIMES[name], np.eye(4), 4.0, -1)]
 
 
 def is_by_table(scene):
-    error = coarse_error(scene)
-    assert error < 1e-9 or error > 1e-7
-    return error < 1e-9
+    """Whether rays through the sphere of `one_lens` are as good at a coarse tolerance as at a fine one."""
+    origins, directions = rays_into(np.zeros(3), 4.0, np.linspace(0.7, 0.95, 50), 1e-3)
+    coarse = scene.intersect(origins, directions, 0.1, angular_tolerance=0.03)
+    fine = scene.intersect(origins, directions, 1e-8, angular_tolerance=1e-9)
+    off = np.linalg.norm(coarse["direction"] - fine["direction"], axis=1).max()
+    assert off < 1e-8 or off > 1e-6
+    return off < 1e-8
 
 
 def test_a_triangle_in_the_sphere_is_met_and_one_that_has_left_is_not():
@@ -189,7 +185,7 @@ def test_a_triangle_in_the_sphere_is_met_and_one_that_has_left_is_not():
 @pytest.mark.parametrize("distance, inside", [(3.9, True), (4.0, True), (4.001, False), (5.0, False)])
 @pytest.mark.parametrize("shape", ["face", "edge", "corner", "sliver", "point"])
 def test_how_far_triangles_may_reach(shape, distance, inside):
-    """Faces and edges that cut the sphere with no corner near it, corners, slivers and degenerate ones."""
+    """Faces and edges that cut the sphere with no corner near it, corners, slivers; degenerate ones count too."""
     corners = {
         "face": [[-50, -40, 0], [60, -40, 0], [0, 90, 0]],
         "edge": [[-50, 0, 0], [60, 0, 0], [0, 0, 70]],
@@ -202,20 +198,18 @@ def test_how_far_triangles_may_reach(shape, distance, inside):
     turn = placed((0, 0, 0), 1.0, 0.7)
     scene.add_instance(mesh, turn @ moved((0, 0, distance)))
     scene.commit()
-    report = scene.report_mesh(mesh)
-    assert is_by_table(scene) == (not inside or shape == "point"), report
+    assert is_by_table(scene) == (not inside)
 
 
-@pytest.mark.parametrize("position, inside", [((0, 0, 3.9), True), ((0, 0, 4.01), False)])
-def test_instances_of_any_matrix(position, inside):
-    """A triangle's nearest point to the center put at `position` by a sheared, mirrored, far from even matrix."""
-    matrix = np.array([[300.0, 40, 5, 0], [0, -2, 1, 0], [0, 0, 0.01, 0], [0, 0, 0, 1]])
-    corners = np.array([[-9.0, -5, 0, 1], [8, -6, 0, 1], [1, 7, 0, 1]])  # a plane z = const around the axis
-    matrix[:3, 3] = position
-    vertices = (corners @ np.linalg.inv(np.array([[2.0, 1, 0, 3], [0, 3, 1, 1], [0, 0, 5, 2], [0, 0, 0, 1]])).T)[:, :3]
-    world = matrix @ np.array([[2.0, 1, 0, 3], [0, 3, 1, 1], [0, 0, 5, 2], [0, 0, 0, 1]])
-    scene = enclosed_scene(one_lens("isotropic"), 5 * FAR)
-    scene.add_instance(scene.add_mesh(vertices.astype(np.float32), np.array([[0, 1, 2]], np.uint32)), world)
+@pytest.mark.parametrize("height, inside", [(3.9, True), (4.01, False)])
+def test_instances_of_any_matrix(height, inside):
+    """A plane at `height` above the center, by a mirrored, sheared, uneven matrix."""
+    matrix = np.array([[6.0, 2, 5, 1], [0, -3, 1, 2], [0, 0, 0.5, height - 0.25], [0, 0, 0, 1]])
+    world = np.array([[-9.0, -5, height, 1], [8, -6, height, 1], [1, 7, height, 1]])
+    vertices = (world @ np.linalg.inv(matrix).T)[:, :3]
+    scene = enclosed_scene(one_lens("isotropic"), FAR)
+    turned = placed((0, 0, 0), 1.0, 0.7) @ matrix
+    scene.add_instance(scene.add_mesh(vertices.astype(np.float32), np.array([[0, 1, 2]], np.uint32)), turned)
     scene.commit()
     assert is_by_table(scene) != inside
 
@@ -231,10 +225,10 @@ def test_equal_and_unequal_lenses_keep_their_own_tables():
     """Three equal holes, one that differs, and a Kerr hole; edited again and again."""
     hole, other, kerr = Spacetime.schwarzschild(0.2), Spacetime.schwarzschild(0.3), Spacetime.kerr(0.2, 0.1)
     origins, directions = np.array([[0.0, 5, 0]] * 5), np.array([[0.0, -1, 0]] * 5)
-    origins[:, 0] = np.arange(5) * 4 + 0.9
-    scene, alone = Scene(), []
+    origins[:, 0] = np.arange(5) * 40 + 0.9
+    scene = Scene()
     for masses in ((hole, hole, other, hole, kerr), (other, other, other, hole, kerr)):
-        entries = [(space, moved((4 * i, 0, 0)), 1.5, -1) for i, space in enumerate(masses)]
+        entries = [(space, moved((40 * i, 0, 0)), 1.5, -1) for i, space in enumerate(masses)]
         scene.set_spacetime_objects(entries)
         scene.commit()
         got = scene.intersect(origins, directions, 1e-8, angular_tolerance=1e-9)
@@ -261,7 +255,7 @@ def test_rays_do_not_depend_on_the_batch():
 
 @pytest.mark.unsanitized
 def test_a_million_triangles_around_a_sphere_are_looked_at_quickly():
-    """Committing a lens anew, with the geometry as it was: 10 times what it takes, as machines differ."""
+    """Committing a lens anew, with the geometry as it was: takes 10 ms, but machines differ."""
     scene = Scene()
     scene.add_instance(scene.add_mesh(*meshes.sphere(5.0, segments=1000, rings=500)), np.eye(4))
     scene.set_spacetime_objects(one_lens("isotropic"))
@@ -272,7 +266,6 @@ def test_a_million_triangles_around_a_sphere_are_looked_at_quickly():
         start = time.perf_counter()
         scene.commit()
         best = min(best, time.perf_counter() - start)
-    print("seconds", best)
     assert best < 0.3
 
 
@@ -308,4 +301,4 @@ def test_a_picture_by_table_is_the_picture_marched():
         assert np.mean(off > bound) < 0.01, (key, np.quantile(off, [0.5, 0.9, 0.99]))
     captured = table["fate"] == 2
     assert np.quantile(np.abs(table["winding"] - marched["winding"])[captured], 0.99) < 1e-5
-    assert np.ptp(table["depth"][same]) > 3 and RenderSettings(8, 8).sample_count > 0
+    assert np.ptp(table["depth"][same]) > 3

@@ -17,7 +17,7 @@
 typedef struct bent_sphere bent_sphere;
 
 /* What lookups differ by from direct evaluation, measured between the nodes of every segment when the table was built:
- * radians, and chart units of the radius. Measured: 1e-12, and 1e-13 of the radius. */
+ * radians, and chart units of the radius. Measured: 2e-13, and 2e-13 of the radius. */
 typedef struct bent_sphere_error {
   double swept_max, swept_rms;
   double length_max, length_rms;

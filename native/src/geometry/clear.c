@@ -2,6 +2,8 @@
  * what is left in the world, exactly. */
 #include "geometry/clear.h"
 
+#include <stdlib.h>
+
 #include "geometry/query.h"
 
 /* A box in mesh space. */
@@ -33,14 +35,18 @@ static int is_apart(const box *b, const float lower[3], const float upper[3])
   return apart;
 }
 
-static int is_triangle_apart(const box *b, const float *v0, const float *v1, const float *v2)
+/* For every vertex the sides of the box beyond which it lies, a bit each; NULL without memory. A triangle all of whose
+ * vertices share a bit is apart from the box: read so, a million take a few milliseconds. */
+static uint8_t *sides_of_vertices(const mesh *m, const box *b)
 {
-  int apart = 0;
-  for (int k = 0; k < 3; k++) {
-    apart |= (v0[k] < b->lower[k]) & (v1[k] < b->lower[k]) & (v2[k] < b->lower[k]);
-    apart |= (v0[k] > b->upper[k]) & (v1[k] > b->upper[k]) & (v2[k] > b->upper[k]);
+  uint8_t *sides = malloc(m->vertex_count);
+  for (size_t i = 0; sides && i < m->vertex_count; i++) {
+    const float *v = m->vertices[i];
+    unsigned bits = 0;
+    for (int k = 0; k < 3; k++) bits |= (unsigned)(v[k] < b->lower[k]) << k | (unsigned)(v[k] > b->upper[k]) << (3 + k);
+    sides[i] = (uint8_t)bits;
   }
-  return apart;
+  return sides;
 }
 
 /* Squared distance of the point `off`, taken from one end of an edge, from it. */
@@ -75,13 +81,16 @@ static int is_clear_of(const geometry *g, int index, vec3 center, double radius)
   embree_bounds bounds;
   embree()->get_scene_bounds(m->scene, &bounds);
   if (is_apart(&sphere, bounds.lower, bounds.upper)) return 1;
-  for (size_t k = 0; k < m->triangle_count; k++) {
+  uint8_t *sides = sides_of_vertices(m, &sphere);
+  int clear = sides != NULL; /* without memory rays are marched */
+  for (size_t k = 0; clear && k < m->triangle_count; k++) {
     const uint32_t *corner = m->triangles[k];
-    if (is_triangle_apart(&sphere, m->vertices[corner[0]], m->vertices[corner[1]], m->vertices[corner[2]])) continue;
+    if (sides[corner[0]] & sides[corner[1]] & sides[corner[2]]) continue;
     const triangle t = triangle_of(g, index, (int)k);
-    if (!(distance2_from_triangle(&t, center) > reach * reach)) return 0; /* for NaN too */
+    clear = distance2_from_triangle(&t, center) > reach * reach; /* false for NaN */
   }
-  return 1;
+  free(sides);
+  return clear;
 }
 
 int is_clear(const geometry *g, const lens *l)

@@ -3,7 +3,7 @@
 #define BENT_GEOMETRY_CLEAR_H
 #include "geometry/geometry.h"
 
-/* Nonzero unless a triangle that rays can meet touches the closed sphere, or may for all that Embree's float32 sees. The
- * instances' float errors must be known. About 2 ms for a mesh of a million triangles whose box reaches into the sphere. */
+/* Nonzero unless a triangle of an instance that rays see (degenerate ones count) touches the closed sphere, or may for all
+ * that Embree's float32 tells. The instances' float errors must be known. About 2 ms for a mesh of a million triangles whose box reaches into the sphere. */
 int is_clear(const geometry *g, const lens *l);
 #endif
