@@ -214,11 +214,13 @@ def test_instances_of_any_matrix(height, inside):
     assert is_by_table(scene) != inside
 
 
-def test_instances_that_no_ray_sees_do_not_count():
+@pytest.mark.parametrize("visibility, counts", [(0, True), (1, True), (32, False), (16 + 32, False)])
+def test_instances_that_no_ray_meets_do_not_count(visibility, counts):
+    """Bits of scene.h: 0 still casts shadows, 16 is a holdout, 32 casts none."""
     scene = enclosed_scene(one_lens("isotropic"), FAR)
-    scene.add_instance(scene.add_mesh(*SPECK), moved((0, 0, 2.0)), visibility=0)
+    scene.add_instance(scene.add_mesh(*SPECK), moved((0, 0, 2.0)), visibility=visibility)
     scene.commit()
-    assert is_by_table(scene)
+    assert is_by_table(scene) != counts
 
 
 def test_equal_and_unequal_lenses_keep_their_own_tables():
