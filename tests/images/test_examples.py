@@ -55,7 +55,7 @@ def test_contact_sheet_reads_from_left_to_right_and_down(tmp_path):
     sheet = room_kerr.read_pixels(tmp_path / "sheet.png")[::-1]
     assert sheet.shape == (6, 16, 4)
     reds = [sheet[row, column, 0] for row, column in ((0, 0), (0, 6), (0, 12), (4, 0))]
-    assert reds == pytest.approx([0, 0.25, 0.5, 0.75], abs=0.01)
+    assert reds == pytest.approx([0, 0.25, 0.5, 0.75], abs=0.5 / 255 + 1e-6)  # bytes
     assert (sheet[2:4] == 1).all() and (sheet[:, 4:6] == 1).all()
 
 
