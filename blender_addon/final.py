@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import time
 from concurrent.futures import ThreadPoolExecutor, wait
 
@@ -83,6 +84,8 @@ def render_settings(
         height=height,
         sample_count=samples,
         seed=user.seed,
+        noise_threshold=user.adaptive_threshold if user.use_adaptive_sampling else 0.0,
+        min_samples=user.adaptive_min_samples or _min_samples(user.adaptive_threshold),
         max_bounces=bounces,
         diffuse_bounces=bounces,
         glossy_bounces=bounces,
@@ -96,6 +99,11 @@ def render_settings(
         film_transparent=render.film_transparent,
         clamp_indirect=user.clamp_indirect,
     )
+
+
+def _min_samples(threshold: float) -> int:
+    """Samples that it takes to tell a pixel's noise: as many as Cycles takes."""
+    return max(4, math.ceil(16 / threshold**0.3))
 
 
 class _ViewRender:

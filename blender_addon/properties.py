@@ -26,6 +26,26 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
         soft_max=4096,
         default=128,
     )
+    use_adaptive_sampling: BoolProperty(
+        name="Noise Threshold",
+        description="Take fewer samples where the picture is already clean",
+        default=True,
+    )
+    adaptive_threshold: FloatProperty(
+        name="Noise Threshold",
+        description="Noise at which a pixel gets no more samples, measured as in Cycles. Smaller is cleaner and slower",
+        min=1e-4,
+        max=1.0,
+        default=0.01,
+        precision=4,
+    )
+    adaptive_min_samples: IntProperty(
+        name="Min Samples",
+        description="Samples that every pixel gets at least. 0: chosen by the noise threshold",
+        min=0,
+        max=4096,
+        default=0,
+    )
     seed: IntProperty(
         name="Seed",
         description="Another seed gives another pattern of noise",

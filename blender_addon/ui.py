@@ -34,7 +34,15 @@ class BENTLIGHT_PT_sampling(_Panel, bpy.types.Panel):
         settings = context.scene.bentlight
         column = self.column()
         column.prop(settings, "integrator")
-        column.prop(settings, "samples")
+        noise = column.row(heading="Noise Threshold")
+        noise.prop(settings, "use_adaptive_sampling", text="")
+        threshold = noise.row()
+        threshold.active = settings.use_adaptive_sampling
+        threshold.prop(settings, "adaptive_threshold", text="")
+        column.prop(settings, "samples", text="Max Samples" if settings.use_adaptive_sampling else "Samples")
+        least = column.row()
+        least.active = settings.use_adaptive_sampling
+        least.prop(settings, "adaptive_min_samples")
         column.prop(settings, "tolerance")
         self.layout.prop(settings, "seed")
 

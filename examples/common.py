@@ -37,7 +37,8 @@ def new_scene(
     scene.render.resolution_x, scene.render.resolution_y = resolution
     scene.render.resolution_percentage = 100
     scene.bentlight.samples = scene.cycles.samples = samples
-    scene.cycles.use_adaptive_sampling = scene.cycles.use_denoising = False
+    scene.cycles.use_adaptive_sampling = scene.bentlight.use_adaptive_sampling = False
+    scene.cycles.use_denoising = False
     scene.world = bpy.data.worlds.new("World")
     set_world((0.0, 0.0, 0.0))
     return scene

@@ -22,7 +22,8 @@ def noisy_pictures(tmp_path, seeds: int, samples: int) -> tuple[np.ndarray, np.n
     """RGB by Cycles and by Bentlight, (seeds, height, width, 3) each."""
     scene = bpy.context.scene
     scene.cycles.samples = scene.bentlight.samples = samples
-    scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = scene.cycles.use_light_tree = False
+    scene.cycles.use_denoising = scene.cycles.use_light_tree = False
+    scene.cycles.use_adaptive_sampling = scene.bentlight.use_adaptive_sampling = False
     scene.cycles.max_bounces = scene.cycles.diffuse_bounces = scene.cycles.glossy_bounces = scene.bentlight.max_bounces
     scene.cycles.sample_clamp_indirect = 0
     scene.cycles.pixel_filter_type = scene.bentlight.pixel_filter = "BOX"

@@ -292,6 +292,12 @@ def test_settings_reach_the_native_renderer():
     assert (found.transparent_bounces, found.clamp_indirect, found.filter) == (3, 2.0, "GAUSSIAN")
     assert (found.filter_width, found.film_transparent) == (6.0, True)  # a Gaussian reaches three times as far
     assert found.tolerance == pytest.approx(1e-3)
+    assert (found.noise_threshold, found.min_samples) == (pytest.approx(0.01), 64)
+    user.adaptive_min_samples, user.adaptive_threshold = 20, 0.1
+    found = final.render_settings(scene, layer, is_preview=False)
+    assert (found.noise_threshold, found.min_samples) == (pytest.approx(0.1), 20)
+    user.use_adaptive_sampling = False
+    assert final.render_settings(scene, layer, is_preview=False).noise_threshold == 0
     layer.samples = 9
     assert final.render_settings(scene, layer, is_preview=False).sample_count == 9
 

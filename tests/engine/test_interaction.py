@@ -62,7 +62,7 @@ def long_render() -> None:
     stage.set_world((1, 1, 1))
     stage.add_square(8.0)
     bpy.ops.bentlight.black_hole_add(mass=0.1, location=(0, 0, 1))
-    scene.bentlight.samples = 1 << 20
+    scene.bentlight.samples, scene.bentlight.use_adaptive_sampling = 1 << 20, False
 
 
 def test_tiles_progress_remaining_time_and_memory_are_shown(watched, tmp_path):

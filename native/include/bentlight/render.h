@@ -72,6 +72,12 @@ typedef struct bent_render_settings {
   uint32_t width, height;              /* of the full image, pixels */
   uint32_t first_sample, sample_count; /* the samples of each pixel to take; first_sample + sample_count < 2^31 */
   uint32_t seed;
+  /* A pixel gets no more samples once its noise is below the threshold: the standard errors of red, green and blue (from
+   * means of 8 successive samples), summed, times sqrt(2/pi), over sqrt(red + green + blue). 0: all pixels get all samples. min_samples >= 2: those that every
+   * pixel gets at least. Which samples are taken depends on those before, so that means are biased, by less than the
+   * threshold. */
+  double noise_threshold;
+  uint32_t min_samples;
   /* Scattering events a path may have before its last one, which still gathers emission: as Cycles counts bounces.
    * The total, and by kind of lobe. Straight passes through transparent surfaces are counted apart. */
   uint32_t max_bounces, diffuse_bounces, glossy_bounces, transmission_bounces, transparent_bounces;

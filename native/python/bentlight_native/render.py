@@ -34,6 +34,9 @@ class RenderSettings:
 
     width, height: size of the full image, pixels.
     first_sample, sample_count: which samples of every pixel to take; their sum stays below 2**31.
+    noise_threshold: a pixel gets no more samples once its noise (the summed standard errors of its colors times
+        sqrt(2/pi), over the square root of their sum, as in Cycles) is below; 0: all get all. min_samples: those that
+        every pixel gets at least; 2 or more.
     max_bounces: scatterings before the last one, in all and by kind of lobe, counted as Cycles does: at 0 a path
         scatters once and gathers emission only. transparent_bounces counts straight passes through surfaces.
     roulette_start: bounces before Russian roulette may end a path.
@@ -53,6 +56,8 @@ class RenderSettings:
     first_sample: int = 0
     sample_count: int = 1
     seed: int = 0
+    noise_threshold: float = 0.0
+    min_samples: int = 16
     max_bounces: int = 12
     diffuse_bounces: int = 4
     glossy_bounces: int = 4

@@ -11,6 +11,11 @@ void film_add(film *film, uint32_t pixel, const sample_record *record)
   size_t count;
   const bent_channel *table = bent_render_channels(&count);
   const uint32_t taken = film->taken[pixel]++;
+  for (int k = 0; k < 3; k++) {
+    double *sum = &film->group[pixel][k];
+    *sum += record->value[CHANNEL_COMBINED][k];
+    if ((taken + 1) % FILM_GROUP == 0) film->squares[pixel][k] += *sum * *sum, *sum = 0;
+  }
   for (size_t c = 0; c < count; c++) {
     for (int k = 0; k < table[c].components; k++) {
       double *sum = &film->sums[pixel][c][k];
@@ -23,6 +28,21 @@ void film_add(film *film, uint32_t pixel, const sample_record *record)
       }
     }
   }
+}
+
+/* Cycles compares the mean of all samples with that of every second one, whose mean distance, summed over colors, is
+ * sqrt(2/pi) standard errors each. A measure from many groups is steadier: it does not fall to 0 by chance. */
+double film_noise(const film *film, uint32_t pixel)
+{
+  const double n = film->taken[pixel] / FILM_GROUP;
+  if (n < 2) return INFINITY;
+  double errors = 0, color = 0;
+  for (int k = 0; k < 3; k++) {
+    const double sum = film->sums[pixel][CHANNEL_COMBINED][k] - film->group[pixel][k], mean = sum / n;
+    errors += sqrt(fmax(film->squares[pixel][k] / n - mean * mean, 0) / (n - 1));
+    color += mean;
+  }
+  return sqrt(2 / M_PI) * (errors / FILM_GROUP) / (1e-4 + sqrt(fmax(color / FILM_GROUP, 0)));
 }
 
 void film_write(const film *film, float *const channels[CHANNEL_COUNT], size_t first, uint32_t pixels)

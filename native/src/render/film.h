@@ -4,15 +4,23 @@
 #include "render/channels.h"
 
 enum { FILM_PIXELS = 4096 };
+/* Samples of a pixel whose mean is one of the values that its noise is told from: successive samples are spread evenly, so
+ * that such means scatter less than independent samples would, as does the picture. */
+enum { FILM_GROUP = 8 };
 
 typedef struct film {
   uint32_t taken[FILM_PIXELS];
   double sums[FILM_PIXELS][CHANNEL_COUNT][CHANNEL_COMPONENTS_MAX];
+  double group[FILM_PIXELS][3];   /* color of the samples since the last whole group */
+  double squares[FILM_PIXELS][3]; /* of whole groups' sums */
 } film;
 
 void film_clear(film *film);
 /* Adds one sample of a pixel. The caller adds a pixel's samples in ascending order, so that sums never differ in a bit. */
 void film_add(film *film, uint32_t pixel, const sample_record *record);
+/* The noise of a pixel's color, as Cycles measures it: standard errors over the square root of the color, so that dark
+ * and bright parts look equally noisy. INFINITY before two groups of samples. */
+double film_noise(const film *film, uint32_t pixel);
 /* Writes the first `pixels` pixels into the channels' arrays (NULL: not wanted), from their pixel number `first` on. */
 void film_write(const film *film, float *const channels[CHANNEL_COUNT], size_t first, uint32_t pixels);
 #endif

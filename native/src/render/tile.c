@@ -32,6 +32,10 @@ static bent_status check(const bent_scene *scene, const bent_render_settings *s,
   if (!(s->clamp_indirect >= 0))
     return bent_fail(error, BENT_ERROR_ARGUMENT, "render: clamp_indirect must not be negative, got %g",
                      s->clamp_indirect);
+  if (!(s->noise_threshold >= 0) || s->min_samples < 2)
+    return bent_fail(error, BENT_ERROR_ARGUMENT,
+                     "render: noise_threshold must not be negative and min_samples at least 2, got %g and %u",
+                     s->noise_threshold, s->min_samples);
   if ((unsigned)s->light_sampling >= BENT_LIGHT_SAMPLINGS)
     return bent_fail(error, BENT_ERROR_ARGUMENT, "render: there is no light_sampling %d", (int)s->light_sampling);
   if (!(s->alpha_threshold >= 0 && s->alpha_threshold <= 1))
@@ -58,26 +62,71 @@ static bent_status check_camera(const bent_scene *scene, bent_error *error)
 /* Samples are taken in strips of pixels, as many as a film holds; within a strip sample by sample, so that a cancelled
  * call leaves an even picture. */
 enum { BLOCK_SAMPLES = 1024 };
+/* Samples between two looks at a pixel's noise, as in Cycles. */
+enum { NOISE_CHECK = 16 };
 
-/* Takes all samples of the strip of `pixels` pixels that begins with number `first` of the tile. */
-static bent_status render_strip(const tracer *t, film *film, path_block *block, const uint32_t tile[4], size_t first,
-                                uint32_t pixels, bent_render_statistics *statistics, bent_progress *progress,
+/* A strip of a tile's pixels, and those of them that still want samples. */
+typedef struct strip {
+  const uint32_t *tile; /* x, y, width, height */
+  size_t first;         /* number within the tile of the strip's first pixel */
+  uint32_t count;       /* of pixels below */
+  uint32_t pixels[FILM_PIXELS];
+} strip;
+
+/* Takes samples number taken .. taken + more - 1 of all pixels of the strip that want them. */
+static bent_status take_samples(const tracer *t, film *film, path_block *block, const strip *strip, uint32_t taken,
+                                uint32_t more, bent_render_statistics *statistics, bent_progress *progress,
                                 bent_error *error)
 {
-  const uint64_t total = (uint64_t)pixels * t->settings->sample_count;
+  const uint64_t total = (uint64_t)strip->count * more;
   for (uint64_t begin = 0; begin < total; begin += BLOCK_SAMPLES) {
     const int count = (int)(total - begin < BLOCK_SAMPLES ? total - begin : BLOCK_SAMPLES);
     pixel_sample wanted[BLOCK_SAMPLES];
     for (int i = 0; i < count; i++) {
-      const size_t pixel = first + (begin + (uint64_t)i) % pixels;
-      wanted[i] = (pixel_sample){tile[0] + (uint32_t)(pixel % tile[2]), tile[1] + (uint32_t)(pixel / tile[2]),
-                                 t->settings->first_sample + (uint32_t)((begin + (uint64_t)i) / pixels)};
+      const uint64_t at = begin + (uint64_t)i;
+      const size_t pixel = strip->first + strip->pixels[at % strip->count];
+      wanted[i] = (pixel_sample){strip->tile[0] + (uint32_t)(pixel % strip->tile[2]),
+                                 strip->tile[1] + (uint32_t)(pixel / strip->tile[2]),
+                                 t->settings->first_sample + taken + (uint32_t)(at / strip->count)};
     }
     const bent_status status = path_trace(t, block, count, wanted, statistics, progress, error);
     if (status) return status;
-    for (int i = 0; i < count; i++) film_add(film, (uint32_t)((begin + (uint64_t)i) % pixels), &block->records[i]);
+    for (int i = 0; i < count; i++)
+      film_add(film, strip->pixels[(begin + (uint64_t)i) % strip->count], &block->records[i]);
     statistics->samples += (uint64_t)count;
     if (progress) atomic_fetch_add_explicit(&progress->done, (uint64_t)count, memory_order_relaxed);
+  }
+  return BENT_OK;
+}
+
+/* Drops the pixels whose noise is low enough. A pixel's own samples decide, so that tiles do not matter. */
+static void drop_clean(strip *strip, const film *film, double threshold)
+{
+  uint32_t kept = 0;
+  for (uint32_t i = 0; i < strip->count; i++)
+    if (!(film_noise(film, strip->pixels[i]) < threshold)) strip->pixels[kept++] = strip->pixels[i];
+  strip->count = kept;
+}
+
+/* Takes the samples of the strip of `pixels` pixels that begins with number `first` of the tile. */
+static bent_status render_strip(const tracer *t, film *film, path_block *block, const uint32_t tile[4], size_t first,
+                                uint32_t pixels, bent_render_statistics *statistics, bent_progress *progress,
+                                bent_error *error)
+{
+  const bent_render_settings *s = t->settings;
+  const int adaptive = s->noise_threshold > 0;
+  strip strip = {.tile = tile, .first = first, .count = pixels};
+  for (uint32_t i = 0; i < pixels; i++) strip.pixels[i] = i;
+  for (uint32_t taken = 0, more; taken < s->sample_count && strip.count; taken += more) {
+    more = !adaptive ? s->sample_count : taken ? NOISE_CHECK : s->min_samples;
+    if (more > s->sample_count - taken) more = s->sample_count - taken;
+    const bent_status status = take_samples(t, film, block, &strip, taken, more, statistics, progress, error);
+    if (status) return status;
+    const uint32_t before = strip.count;
+    if (adaptive) drop_clean(&strip, film, s->noise_threshold);
+    if (progress) /* samples that are not needed count as done */
+      atomic_fetch_add_explicit(&progress->done, (uint64_t)(before - strip.count) * (s->sample_count - taken - more),
+                                memory_order_relaxed);
   }
   return BENT_OK;
 }
