@@ -105,7 +105,7 @@ static bent_scene *square_scene(int hole)
   const bent_mesh square = {.vertex_count = 4, .triangle_count = 2, .vertices = CORNERS, .triangles = TRIANGLES};
   CHECK(bent_scene_add_mesh(scene, &square, &mesh, &error) == BENT_OK);
   const bent_instance placed = {.mesh = mesh, .world_from_mesh = {{5, 0, 0, 0}, {0, 5, 0, 0}, {0, 0, 1, -5}, {0, 0, 0, 1}},
-                                .visibility = BENT_VISIBLE_ALL};
+                                .visibility = BENT_VISIBLE_ALL, .influence = BENT_INFLUENCE_ALL};
   CHECK(bent_scene_add_instance(scene, &placed, &instance, &error) == BENT_OK);
   if (hole) {
     bent_spacetime_object object = {.world_from_spacetime = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, -2}, {0, 0, 0, 1}},

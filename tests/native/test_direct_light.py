@@ -4,7 +4,7 @@ scattered rays find by chance, and the draws themselves."""
 import meshes
 import numpy as np
 import pytest
-from bentlight_native import ProgramBuilder, Spacetime
+from bentlight_native import Influence, ProgramBuilder, Spacetime
 from scenes import (
     add,
     diffuse,
@@ -138,11 +138,11 @@ def test_transparent_shadow():
 
 def test_shadowless():
     """A lamp without shadows shines through a wall; an object that casts none does not hide a lamp."""
-    for lamp, wall, lit in [(15, 15, 0), (15 + 32, 15, 1), (15, 15 + 32, 1)]:
+    for blockers, wall, lit in [(2**64 - 1, 15, 0), (0, 15, 1), (2**64 - 1, 15 + 32, 1)]:
         scene = new_scene()
         add(scene, quad(5, 5), diffuse((0.5,) * 3), at=placed(0, 0, 1), visibility=wall)
-        add_lamps(scene, (0, 0, 2), visibility=lamp)
-        assert patch_radiance(scene) == pytest.approx(lit / 4 / np.pi, rel=1e-5), (lamp, wall)
+        add_lamps(scene, (0, 0, 2), influence=Influence(blockers=blockers))
+        assert patch_radiance(scene) == pytest.approx(lit / 4 / np.pi, rel=1e-5), (blockers, wall)
 
 
 # ---- Around a hole ----

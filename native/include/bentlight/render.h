@@ -41,7 +41,8 @@ typedef struct bent_sun {
   double direction[3]; /* towards the sun, world; any length but 0 */
   double radiance[3];  /* linear RGB, added to the sky's; if the angle is 0: irradiance of a surface that faces the sun */
   double angle;        /* angular diameter, in [0, pi]; 0: a point that only connections find */
-  uint32_t visibility; /* bent_visibility bits: the kinds of ray that see it, and BENT_SHADOWLESS */
+  uint32_t visibility; /* bent_visibility bits: the kinds of ray that see it */
+  bent_influence influence;
 } bent_sun;
 
 /* Replaces all suns. Irradiance of a surface that faces a sun: pi sin^2(angle/2) radiance. */
@@ -51,7 +52,8 @@ bent_status bent_scene_set_suns(bent_scene *scene, size_t count, const bent_sun 
 typedef struct bent_lamp {
   double world_from_lamp[4][4]; /* invertible and affine: the lamp's place, and the object coordinates of its material */
   int material;        /* the radiance that its program emits towards a direction is the lamp's radiant intensity there */
-  uint32_t visibility; /* bent_visibility bits: the kinds of scattering that it lights, and BENT_SHADOWLESS */
+  uint32_t visibility; /* bent_visibility bits: the kinds of scattering that it lights */
+  bent_influence influence;
 } bent_lamp;
 
 /* Replaces all lamps. */

@@ -26,16 +26,28 @@ typedef struct bent_mesh {
   const float (*generated)[3];            /* per vertex, Blender's generated coordinates in [0, 1]; NULL: zero */
 } bent_mesh;
 
+/* Whom the light of an emitter (an emissive instance, a lamp or a sun) reaches: as Cycles limits and links lights. Every
+ * instance is in one of 64 sets of receivers and in one of 64 sets of blockers. */
+typedef struct bent_influence {
+  uint64_t receivers;   /* bit i: it lights what is in receiver set i */
+  uint64_t blockers;    /* bit i: what is in blocker set i holds its light up; 0: it lights all without shadows */
+  uint32_t max_bounces; /* it lights what the camera sees after so many scatterings at most */
+} bent_influence;
+#define BENT_INFLUENCE_ALL ((bent_influence){UINT64_MAX, UINT64_MAX, UINT32_MAX})
+enum { BENT_LINK_SETS = 64 };
+
 typedef struct bent_instance {
   int mesh;
   double world_from_mesh[4][4]; /* any invertible affine matrix, mirrored and non-uniform included */
   const int *materials;         /* one material per slot; NULL with count 0: the default grey */
   size_t material_count;
-  uint32_t visibility;          /* bent_visibility bits: the kinds of ray that see it, and BENT_HOLDOUT */
+  uint32_t visibility;          /* bent_visibility bits: the kinds of ray that see it, and the flags below those */
   float object_index;           /* for object info and index passes */
   float color[4];               /* for object info: RGB and alpha */
   float random;                 /* for object info: in [0, 1] */
   uint32_t one_sided;           /* emits and is seen only on the side of the geometric normal (area lights) */
+  bent_influence influence;     /* of the light that it emits */
+  uint32_t receiver_set, blocker_set; /* that it is in; below BENT_LINK_SETS */
 } bent_instance;
 
 typedef enum bent_visibility {
@@ -45,8 +57,10 @@ typedef enum bent_visibility {
   BENT_VISIBLE_TRANSMISSION = 8,
   BENT_VISIBLE_ALL = 15,
   BENT_HOLDOUT = 16, /* no kind of ray: the camera sees a hole in the picture (alpha 0) where the instance is */
-  BENT_SHADOWLESS = 32, /* no kind of ray: an instance that casts no shadow, a light that none falls from */
-  BENT_SHADOW = 64 /* the kind of ray that asks what is between a surface and a light; not for instances */
+  BENT_SHADOWLESS = 32, /* no kind of ray: the instance casts no shadow */
+  BENT_SHADOW = 64, /* the kind of ray that asks what is between a surface and a light; not for instances */
+  BENT_IMMATERIAL = 128 /* no kind of ray: all that the instance does to rays is to send light along them, as lamps do in
+                         * Cycles; they go straight on, each time as through a transparent surface; it casts no shadow */
 } bent_visibility;
 
 bent_status bent_scene_add_mesh(bent_scene *scene, const bent_mesh *mesh, int *index, bent_error *error);

@@ -8,6 +8,7 @@ from ._core import Cancelled, Progress, Spacetime, contains, instruction_set, la
 from .connect import CONNECTION_STATES, connect, connect_sky
 from .embree import embree_version, load_embree
 from .exr import ExrError
+from .influence import Influence
 from .kerr_map import KerrMap
 from .program import OPERATIONS, Program, ProgramBuilder
 from .render import CHANNELS, RenderSettings, RenderStatistics
@@ -24,6 +25,7 @@ __all__ = [
     "Cancelled",
     "DeflectionTable",
     "ExrError",
+    "Influence",
     "KerrMap",
     "LensSphere",
     "Program",

@@ -9,10 +9,11 @@ import numpy as np
 
 from . import _core
 from .embree import load_embree
+from .influence import Influence
 
 VISIBLE_CAMERA, VISIBLE_DIFFUSE, VISIBLE_GLOSSY, VISIBLE_TRANSMISSION = 1, 2, 4, 8
 VISIBLE_ALL = 15
-HOLDOUT = 16
+HOLDOUT, SHADOWLESS, IMMATERIAL = 16, 32, 128
 
 UNRESOLVED, ESCAPED, CAPTURED, ESCAPED_FAR, HIT = range(5)
 """Fates of a ray, as in the "fate" array of `Scene.intersect`."""
@@ -64,15 +65,20 @@ class GeometryMethods:
         one_sided: bool = False,
         color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0),
         random: float = 0.0,
+        influence: Influence = Influence(),  # noqa: B008 (a constant)
+        receiver_set: int = 0,
+        blocker_set: int = 0,
     ) -> int:
         """Place a mesh and return the instance's index.
 
         world_from_mesh: (4, 4) float64, any invertible affine matrix. materials: (k,) int32, one per slot; None for the
-        default gray. visibility: VISIBLE_* bits, and HOLDOUT for a hole in the picture. one_sided: emits and is seen on
-        the side of the geometric normal only. object_index, color (RGB and alpha) and random (in [0, 1]) are what a
-        material can ask about its object.
+        default gray. visibility: VISIBLE_* bits, and HOLDOUT for a hole in the picture, SHADOWLESS for an instance that
+        casts no shadow, IMMATERIAL for one that does nothing to rays but send light along them. one_sided: emits and is
+        seen on the side of the geometric normal only. object_index, color (RGB and alpha) and random (in [0, 1]) are
+        what a material can ask about its object. influence: whom its own light reaches; receiver_set and blocker_set,
+        below 64: what the influence of others calls it.
         """
-        about = (object_index, int(one_sided), tuple(color), random)
+        about = (object_index, int(one_sided), tuple(color), random, influence, (receiver_set, blocker_set))
         return super().add_instance(mesh, world_from_mesh, materials, visibility, *about)
 
     def update_instance(self, instance: int, world_from_mesh: np.ndarray) -> None:

@@ -3,7 +3,7 @@
 `RenderMethods` gives these methods to `Scene`. Angles are in radians, lengths in scene units, colors linear RGB.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from math import inf, pi
 from typing import NamedTuple
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from .influence import Influence, influences
 
 
 class Channel(NamedTuple):
@@ -178,14 +179,19 @@ class RenderMethods:
         return CameraRays(origins, directions, *ranges.T)
 
     def set_suns(
-        self, directions: ArrayLike, radiance: ArrayLike, angle: ArrayLike, visibility: ArrayLike = 15
+        self,
+        directions: ArrayLike,
+        radiance: ArrayLike,
+        angle: ArrayLike,
+        visibility: ArrayLike = 15,
+        influence: Influence | Sequence[Influence] = Influence(),  # noqa: B008 (a constant)
     ) -> None:
         """Replace all suns, disks of even radiance on the asymptotic sky; visible after commit().
 
         directions: (n, 3), towards each sun. radiance: (n, 3) linear RGB; a surface that faces the sun receives
         pi * sin(angle / 2)**2 * radiance. angle: scalar or (n,), angular diameter in [0, pi]; at 0 the radiance is the
         irradiance of a surface that faces the sun. visibility: scalar or (n,) bits: camera 1, diffuse 2, glossy 4,
-        transmission 8; 32: nothing casts a shadow from it.
+        transmission 8. influence: one for all, or n: whom it lights.
         """
         directions = np.ascontiguousarray(directions, dtype=np.float64).reshape(-1, 3)
         radiance = np.ascontiguousarray(radiance, dtype=np.float64).reshape(-1, 3)
@@ -195,14 +201,21 @@ class RenderMethods:
             radiance,
             np.array(np.broadcast_to(angle, (count,)), dtype=np.float64),
             np.array(np.broadcast_to(visibility, (count,)), dtype=np.uint32),
+            influences(influence, count),
         )
 
-    def set_lamps(self, world_from_lamp: ArrayLike, materials: ArrayLike, visibility: ArrayLike = 15) -> None:
+    def set_lamps(
+        self,
+        world_from_lamp: ArrayLike,
+        materials: ArrayLike,
+        visibility: ArrayLike = 15,
+        influence: Influence | Sequence[Influence] = Influence(),  # noqa: B008 (a constant)
+    ) -> None:
         """Replace all lamps, points of light that only connections find; visible after commit().
 
         world_from_lamp: (n, 4, 4), the place and axes of each lamp. materials: scalar or (n,), indices: the radiance
         that a material emits towards a direction is the lamp's radiant intensity there. visibility: scalar or (n,)
-        bits as of suns: the kinds of scattering that it lights.
+        bits as of suns: the kinds of scattering that it lights. influence: as of suns.
         """
         matrices = np.ascontiguousarray(world_from_lamp, dtype=np.float64).reshape(-1, 4, 4)
         count = len(matrices)
@@ -210,6 +223,7 @@ class RenderMethods:
             matrices,
             np.array(np.broadcast_to(materials, (count,)), dtype=np.int32),
             np.array(np.broadcast_to(visibility, (count,)), dtype=np.uint32),
+            influences(influence, count),
         )
 
     def draw_lights(

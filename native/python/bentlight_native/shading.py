@@ -36,11 +36,12 @@ POINT_DEFAULTS: dict[str, ArrayLike] = {
     "barycentric": (0.0, 0.0),
     "object_color": (1.0, 1.0, 1.0, 1.0),
     "object_random": (0.0,),
+    "ray_length": (1.0,),
 }
 
 
 def _point_rows(fields: dict[str, ArrayLike]) -> NDArray[np.float64]:
-    """Rows of shade points (n, 30) from the fields of scene/shading.h.
+    """Rows of shade points (n, 31) from the fields of scene/shading.h.
 
     What is missing is a default, what has one row is repeated. The caller turns normals to the side of wo.
     """

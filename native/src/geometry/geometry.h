@@ -32,6 +32,8 @@ typedef struct instance {
   uint32_t visibility;
   float object_index, color[4], random;
   uint32_t one_sided;
+  bent_influence influence;
+  uint32_t receiver_set, blocker_set;
   /* Where Embree, in float32, sees a point x of this instance is off by at most float_error_offset +
    * float_error_scale * max|x_i - origin_i| world units: rounding of the point, of the matrix and of its inverse. */
   double float_error_offset, float_error_scale;
@@ -78,7 +80,8 @@ bent_status geometry_commit(geometry *g, bent_progress *progress, bent_error *er
 /* The kinds of ray that meet an instance, shadows among them. */
 static inline uint32_t instance_mask(const instance *i)
 {
-  return (i->visibility & BENT_VISIBLE_ALL) | (i->visibility & BENT_SHADOWLESS ? 0 : BENT_SHADOW);
+  const uint32_t casts_none = i->visibility & (BENT_SHADOWLESS | BENT_IMMATERIAL);
+  return (i->visibility & BENT_VISIBLE_ALL) | (casts_none ? 0 : BENT_SHADOW);
 }
 
 /* Whether rays can meet anything of the instance. */

@@ -182,6 +182,9 @@ bent_status bent_scene_add_instance(bent_scene *scene, const bent_instance *data
 {
   geometry *g = scene->geometry;
   if (!find_mesh(g, data->mesh, error)) return BENT_ERROR_ARGUMENT;
+  if (data->receiver_set >= BENT_LINK_SETS || data->blocker_set >= BENT_LINK_SETS)
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "instance: receiver_set and blocker_set must be below 64, got %u and %u",
+                     data->receiver_set, data->blocker_set);
   instance *grown = grow(g->instances, g->instance_count, &g->instance_capacity, sizeof *g->instances);
   if (!grown) return bent_fail(error, BENT_ERROR_MEMORY, "instance: out of memory");
   g->instances = grown;
@@ -190,7 +193,10 @@ bent_status bent_scene_add_instance(bent_scene *scene, const bent_instance *data
                 .visibility = data->visibility,
                 .object_index = data->object_index,
                 .random = data->random,
-                .one_sided = data->one_sided};
+                .one_sided = data->one_sided,
+                .influence = data->influence,
+                .receiver_set = data->receiver_set,
+                .blocker_set = data->blocker_set};
   memcpy(i.color, data->color, sizeof i.color);
   const bent_status status = set_transform(&i, data->world_from_mesh, error);
   if (status) return status;

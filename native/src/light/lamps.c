@@ -10,10 +10,10 @@
 
 void lamps_free(lamps *lamps) { free(lamps); }
 
-vec3 lamp_intensity(const bent_scene *scene, const lamp *lamp, vec3 direction)
+vec3 lamp_intensity(const bent_scene *scene, const lamp *lamp, vec3 direction, double distance)
 {
   const shade_point point = {.position = lamp->position, .wo = direction, .geometric_normal = direction,
-                             .normal = direction, .tangent_sign = 1, .object_color = {1, 1, 1, 1},
+                             .normal = direction, .tangent_sign = 1, .ray_length = distance, .object_color = {1, 1, 1, 1},
                              .world_from_object = &lamp->world_from_lamp, .object_from_world = &lamp->lamp_from_world};
   return shading_emission(scene->shading, lamp->material, &point);
 }
@@ -31,6 +31,7 @@ bent_status bent_scene_set_lamps(bent_scene *scene, size_t count, const bent_lam
     l->position = mat4_point(&l->world_from_lamp, v3(0, 0, 0));
     l->material = given[i].material;
     l->visibility = given[i].visibility;
+    l->influence = given[i].influence;
   }
   lamps_free(scene->lamps);
   scene->lamps = made;

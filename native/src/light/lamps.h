@@ -9,6 +9,7 @@ typedef struct lamp {
   vec3 position;
   int material;
   uint32_t visibility;
+  bent_influence influence;
 } lamp;
 
 typedef struct lamps {
@@ -17,6 +18,6 @@ typedef struct lamps {
 } lamps;
 
 void lamps_free(lamps *lamps);
-/* Radiant intensity towards a unit direction, local in world axes. */
-vec3 lamp_intensity(const bent_scene *scene, const lamp *lamp, vec3 direction);
+/* Radiant intensity towards a unit direction, local in world axes, for who is `distance` away. */
+vec3 lamp_intensity(const bent_scene *scene, const lamp *lamp, vec3 direction, double distance);
 #endif

@@ -61,15 +61,15 @@ static vec3 triangle_at(const vec3 corner[3], const double b[2])
   return v3_mad(corner[1], b[0], v3_mad(corner[2], b[1], v3_scale(corner[0], 1 - b[0] - b[1])));
 }
 
-/* Radiance that a place of a triangle sends back along `direction`. */
-static vec3 radiance_at(const bent_scene *scene, int instance, int triangle, const double b[2], vec3 position,
+/* Radiance that a place of a triangle sends back along the `direction` of a ray from `from`. */
+static vec3 radiance_at(const bent_scene *scene, int instance, int triangle, const double b[2], vec3 position, vec3 from,
                         vec3 direction)
 {
   bent_hit hit = {.instance = instance, .triangle = triangle, .barycentric = {b[0], b[1]}};
   v3_to(hit.position, position);
   v3_to(hit.direction, direction);
   surface surface;
-  surface_at(scene, &hit, &surface);
+  surface_at(scene, &hit, from, &surface);
   if (surface.see_through) return v3(0, 0, 0);
   return shading_emission(scene->shading, surface.material, &surface.point);
 }
@@ -86,8 +86,8 @@ static int material_of(const geometry *g, const instance *i, size_t triangle)
   return slot < i->material_count ? i->materials[slot] : -1;
 }
 
-/* Adds a triangle if it shines; returns 0 only when out of memory. */
-static int add_triangle(lights *l, const bent_scene *scene, int instance, int triangle)
+/* Adds a triangle if it shines to who stands `distance` away; returns 0 only when out of memory. */
+static int add_triangle(lights *l, const bent_scene *scene, int instance, int triangle, double distance)
 {
   vec3 corner[3];
   const vec3 area = triangle_area(scene->geometry, instance, triangle, corner);
@@ -97,8 +97,9 @@ static int add_triangle(lights *l, const bent_scene *scene, int instance, int tr
   double front = 0, back = 0;
   for (int i = 0; i < 4; i++) {
     const vec3 at = triangle_at(corner, PROBES[i]);
-    front += brightness(radiance_at(scene, instance, triangle, PROBES[i], at, v3_scale(normal, -1))) / 4;
-    back += brightness(radiance_at(scene, instance, triangle, PROBES[i], at, normal)) / 4;
+    const vec3 above = v3_mad(normal, distance, at), below = v3_mad(normal, -distance, at);
+    front += brightness(radiance_at(scene, instance, triangle, PROBES[i], at, above, v3_scale(normal, -1))) / 4;
+    back += brightness(radiance_at(scene, instance, triangle, PROBES[i], at, below, normal)) / 4;
   }
   if (!(front + back > 0)) return 1;
   light_cluster c = {.low = corner[0], .high = corner[0], .power = max2(front, back) * size,
@@ -111,6 +112,16 @@ static int add_triangle(lights *l, const bent_scene *scene, int instance, int tr
   return push(l, (emitter){instance, triangle}, &c);
 }
 
+/* From where the light of an instance is judged, as its material may depend on it: well outside of it. */
+static double probe_distance(const geometry *g, int index)
+{
+  const vec3 first = geometry_vertex(g, index, 0, 0);
+  double reach = 0;
+  for (size_t t = 0; t < g->meshes[g->instances[index].mesh].triangle_count; t++)
+    for (int c = 0; c < 3; c++) reach = max2(reach, v3_length(v3_sub(geometry_vertex(g, index, (int)t, c), first)));
+  return 2 * reach + 1;
+}
+
 static int add_instance(lights *l, const bent_scene *scene, int index)
 {
   const geometry *g = scene->geometry;
@@ -121,9 +132,11 @@ static int add_instance(lights *l, const bent_scene *scene, int index)
   if (!shines || !(i->visibility & BENT_VISIBLE_ALL & ~BENT_VISIBLE_CAMERA)) return 1;
   l->of_triangle[index] = malloc(triangles * sizeof **l->of_triangle);
   if (!l->of_triangle[index]) return 0;
+  const double distance = triangles ? probe_distance(g, index) : 0;
   for (size_t t = 0; t < triangles; t++) {
     l->of_triangle[index][t] = -1;
-    if (shading_may_emit(scene->shading, material_of(g, i, t)) && !add_triangle(l, scene, index, (int)t)) return 0;
+    if (shading_may_emit(scene->shading, material_of(g, i, t)) && !add_triangle(l, scene, index, (int)t, distance))
+      return 0;
   }
   return 1;
 }
@@ -135,7 +148,7 @@ static int add_lamp(lights *l, const bent_scene *scene, int index)
   double sum = 0;
   for (int i = 0; i < 27; i++) {
     const vec3 own = v3(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
-    if (i != 13) sum += brightness(lamp_intensity(scene, lamp, v3_normalize(mat4_vector(&lamp->world_from_lamp, own))));
+    if (i != 13) sum += brightness(lamp_intensity(scene, lamp, v3_normalize(mat4_vector(&lamp->world_from_lamp, own)), 1));
   }
   const light_cluster c = {.low = lamp->position, .high = lamp->position, .power = sum / 26 + 1e-30, .around = 1};
   return push(l, (emitter){-1, index}, &c);
@@ -271,9 +284,9 @@ int lights_draw(const lights *l, const bent_scene *scene, vec3 point, vec3 norma
   return out->probability > 0;
 }
 
-vec3 lights_radiance(const bent_scene *scene, const light_sample *s, vec3 arrival)
+vec3 lights_radiance(const bent_scene *scene, const light_sample *s, vec3 from, vec3 arrival)
 {
-  return radiance_at(scene, s->index, s->triangle, s->barycentric, s->target, arrival);
+  return radiance_at(scene, s->index, s->triangle, s->barycentric, s->target, from, arrival);
 }
 
 vec3 lights_triangle_area(const bent_scene *scene, int instance, int triangle, vec3 position)

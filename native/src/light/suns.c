@@ -33,7 +33,8 @@ static bent_status make_sun(const bent_sun *given, sun *out, bent_error *error)
   if (!(given->angle >= 0 && given->angle <= M_PI))
     return bent_fail(error, BENT_ERROR_ARGUMENT, "sun: the angle must lie in [0, pi], got %g", given->angle);
   const double chord = 2 * sin(given->angle / 4);
-  *out = (sun){v3_normalize(direction), radiance, chord * chord, M_PI * chord * chord, given->visibility};
+  *out = (sun){v3_normalize(direction), radiance, chord * chord, M_PI * chord * chord, given->visibility,
+                given->influence};
   return BENT_OK;
 }
 

@@ -10,6 +10,7 @@ typedef struct sun {
   double chord2;      /* squared distance on the unit sphere from center to rim: precise for small suns, unlike a cosine */
   double solid_angle; /* 0: a point */
   uint32_t visibility;
+  bent_influence influence;
 } sun;
 
 typedef struct suns {

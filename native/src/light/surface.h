@@ -11,6 +11,6 @@ typedef struct surface {
   int see_through; /* a one-sided surface seen from behind: not there */
 } surface;
 
-/* hit: of fate BENT_HIT. */
-void surface_at(const bent_scene *scene, const bent_hit *hit, surface *out);
+/* hit: of fate BENT_HIT, by a ray that was scattered (or started) at `from`. */
+void surface_at(const bent_scene *scene, const bent_hit *hit, vec3 from, surface *out);
 #endif

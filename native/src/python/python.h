@@ -33,6 +33,11 @@ static inline void *buffer_data(const buffer *b) { return b->held ? b->view.buf 
 void buffer_release(buffer *b);
 void buffer_release_all(buffer *buffers, size_t count);
 
+/* influence.c ---------------------------------------------------------------------------------------------------- */
+
+/* Takes a tuple (receivers, blockers, max_bounces). Returns 0, or -1 with a Python error. */
+int influence_get(PyObject *object, bent_influence *out);
+
 /* errors.c ------------------------------------------------------------------------------------------------------- */
 
 /* Raises the Python exception that fits `error` and returns NULL: ARGUMENT and DATA ValueError, MEMORY MemoryError,

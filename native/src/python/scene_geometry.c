@@ -96,13 +96,17 @@ static PyObject *add_instance(PyObject *self, PyObject *args)
 {
   PyObject *matrix, *materials;
   bent_instance instance = {0};
-  unsigned visibility, one_sided;
+  PyObject *influence;
+  unsigned visibility, one_sided, receiver_set, blocker_set;
   float *c = instance.color;
-  if (!PyArg_ParseTuple(args, "iOOIfI(ffff)f:add_instance", &instance.mesh, &matrix, &materials, &visibility,
-                        &instance.object_index, &one_sided, &c[0], &c[1], &c[2], &c[3], &instance.random) ||
-      get_matrix(matrix, "world_from_mesh", instance.world_from_mesh) < 0)
+  if (!PyArg_ParseTuple(args, "iOOIfI(ffff)fO(II):add_instance", &instance.mesh, &matrix, &materials, &visibility,
+                        &instance.object_index, &one_sided, &c[0], &c[1], &c[2], &c[3], &instance.random, &influence,
+                        &receiver_set, &blocker_set) ||
+      get_matrix(matrix, "world_from_mesh", instance.world_from_mesh) < 0 ||
+      influence_get(influence, &instance.influence) < 0)
     return NULL;
   instance.visibility = visibility, instance.one_sided = one_sided;
+  instance.receiver_set = receiver_set, instance.blocker_set = blocker_set;
   buffer b;
   Py_ssize_t shape[1] = {-1};
   bent_scene *scene = scene_value(self);

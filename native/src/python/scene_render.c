@@ -113,8 +113,10 @@ static PyObject *camera_rays(PyObject *self, PyObject *args)
 
 static PyObject *set_suns(PyObject *self, PyObject *args)
 {
-  PyObject *objects[4];
-  if (!PyArg_ParseTuple(args, "OOOO:set_suns", &objects[0], &objects[1], &objects[2], &objects[3])) return NULL;
+  PyObject *objects[4], *influence;
+  if (!PyArg_ParseTuple(args, "OOOOO!:set_suns", &objects[0], &objects[1], &objects[2], &objects[3], &PyList_Type,
+                        &influence))
+    return NULL;
   bent_scene *scene = scene_value(self);
   if (!scene) return NULL;
   Py_ssize_t shape[] = {-1, 3}, count[] = {-1};
@@ -127,17 +129,19 @@ static PyObject *set_suns(PyObject *self, PyObject *args)
     bent_sun *suns = calloc((size_t)count[0] + 1, sizeof *suns);
     const double(*directions)[3] = buffer_data(&b[0]), (*radiance)[3] = buffer_data(&b[1]), *angle = buffer_data(&b[2]);
     const uint32_t *visibility = buffer_data(&b[3]);
-    for (Py_ssize_t i = 0; suns && i < count[0]; i++) {
+    int bad = 0;
+    for (Py_ssize_t i = 0; suns && i < count[0] && !bad; i++) {
       memcpy(suns[i].direction, directions[i], sizeof suns[i].direction);
       memcpy(suns[i].radiance, radiance[i], sizeof suns[i].radiance);
       suns[i].angle = angle[i], suns[i].visibility = visibility[i];
+      bad = influence_get(PyList_GetItem(influence, i), &suns[i].influence);
     }
     bent_error error;
     if (!suns)
       PyErr_NoMemory();
-    else if (bent_scene_set_suns(scene, (size_t)count[0], suns, &error))
+    else if (!bad && bent_scene_set_suns(scene, (size_t)count[0], suns, &error))
       raise_error(&error);
-    else
+    else if (!bad)
       result = Py_NewRef(Py_None);
     free(suns);
   }
@@ -147,8 +151,9 @@ static PyObject *set_suns(PyObject *self, PyObject *args)
 
 static PyObject *set_lamps(PyObject *self, PyObject *args)
 {
-  PyObject *objects[3];
-  if (!PyArg_ParseTuple(args, "OOO:set_lamps", &objects[0], &objects[1], &objects[2])) return NULL;
+  PyObject *objects[3], *influence;
+  if (!PyArg_ParseTuple(args, "OOOO!:set_lamps", &objects[0], &objects[1], &objects[2], &PyList_Type, &influence))
+    return NULL;
   bent_scene *scene = scene_value(self);
   if (!scene) return NULL;
   Py_ssize_t shape[] = {-1, 4, 4}, count[] = {-1};
@@ -161,16 +166,18 @@ static PyObject *set_lamps(PyObject *self, PyObject *args)
     const double(*matrices)[4][4] = buffer_data(&b[0]);
     const int32_t *materials = buffer_data(&b[1]);
     const uint32_t *visibility = buffer_data(&b[2]);
-    for (Py_ssize_t i = 0; lamps && i < count[0]; i++) {
+    int bad = 0;
+    for (Py_ssize_t i = 0; lamps && i < count[0] && !bad; i++) {
       memcpy(lamps[i].world_from_lamp, matrices[i], sizeof lamps[i].world_from_lamp);
       lamps[i].material = materials[i], lamps[i].visibility = visibility[i];
+      bad = influence_get(PyList_GetItem(influence, i), &lamps[i].influence);
     }
     bent_error error;
     if (!lamps)
       PyErr_NoMemory();
-    else if (bent_scene_set_lamps(scene, (size_t)count[0], lamps, &error))
+    else if (!bad && bent_scene_set_lamps(scene, (size_t)count[0], lamps, &error))
       raise_error(&error);
-    else
+    else if (!bad)
       result = Py_NewRef(Py_None);
     free(lamps);
   }

@@ -8,10 +8,10 @@
 #include "scene/shading.h"
 
 /* The order of the numbers of a shade_point row; python/bentlight_native/shading.py writes them by the same names. */
-enum { POINT_NUMBERS = 30 };
+enum { POINT_NUMBERS = 31 };
 static const char *const point_fields[] = {"position", "generated", "wo", "geometric_normal", "normal", "tangent",
                                            "tangent_sign", "uv", "object_index", "backfacing", "barycentric",
-                                           "object_color", "object_random", NULL};
+                                           "object_color", "object_random", "ray_length", NULL};
 
 static shade_point point_from(const double *n)
 {
@@ -20,7 +20,7 @@ static shade_point point_from(const double *n)
                        .tangent_sign = n[18], .uv = {n[19], n[20]}, .object_index = (float)n[21],
                        .backfacing = n[22] != 0, .barycentric = {n[23], n[24]},
                        .object_color = {(float)n[25], (float)n[26], (float)n[27], (float)n[28]},
-                       .object_random = (float)n[29]};
+                       .object_random = (float)n[29], .ray_length = n[30]};
 }
 
 /* Float or byte pixels of shape (height, width, 4). */

@@ -56,40 +56,62 @@ void direct_reach(const tracer *t, int count, const path *paths, const bent_hit 
   }
 }
 
-/* The weight against a connection of pdf `pdf`, by solid angle. Lights that are not for every kind of scattering, or cast
- * no shadow, are left to connections: by the kind of lobe that a ray was drawn from they could not be told. */
-static double weight_against(const tracer *t, const path *p, double pdf, uint32_t visibility)
+/* Whether scattering finds a light as connections do. Of lights that are not for every kind of scattering it could not tell
+ * by the kind of lobe that its ray was drawn from, and what does not hold a light up does hold its ray up: such lights
+ * are left to connections. */
+static int is_shared(uint32_t visibility, const bent_influence *influence)
 {
-  if (t->settings->light_sampling == BENT_LIGHTS_CONNECTIONS) return 0;
-  if (visibility & BENT_SHADOWLESS || (visibility & VISIBLE_SCATTERING) != VISIBLE_SCATTERING) return 0;
+  return (visibility & VISIBLE_SCATTERING) == VISIBLE_SCATTERING && influence->blockers == UINT64_MAX;
+}
+
+/* The weight against a connection of pdf `pdf`, by solid angle. */
+static double weight_against(const tracer *t, const path *p, double pdf, uint32_t visibility,
+                             const bent_influence *influence)
+{
+  if (t->settings->light_sampling == BENT_LIGHTS_CONNECTIONS || !is_shared(visibility, influence)) return 0;
   return heuristic(p->scattered.pdf, pdf);
+}
+
+/* Whether an emitter lights what is in a set of receivers, seen after some scatterings. */
+static int is_lit(const bent_influence *influence, uint32_t receiver_set, uint32_t bounces)
+{
+  return influence->receivers >> receiver_set & 1 && bounces <= influence->max_bounces;
+}
+
+/* The same of what the path's ray comes from: the camera sees everything. */
+static int is_lit_path(const bent_influence *influence, const path *p)
+{
+  return p->bounces == 0 || is_lit(influence, p->scattered.receiver_set, p->bounces - 1);
 }
 
 double direct_weight_emission(const tracer *t, const path *p, const reach *reach, const bent_hit *hit)
 {
+  const instance *emitter = &t->scene->geometry->instances[hit->instance];
+  if (!is_lit_path(&emitter->influence, p)) return 0;
   if (!reach->joined) return 1;
-  const geometry *g = t->scene->geometry;
   const double probability = lights_triangle_probability(t->scene->lights, hit->instance, hit->triangle,
                                                          p->scattered.position, p->scattered.normal);
   if (!(probability > 0)) return 1;
   const vec3 area = lights_triangle_area(t->scene, hit->instance, hit->triangle, v3_from(hit->position));
   const double pdf = probability * reach->spread / fabs(v3_dot(area, reach->arrival));
-  return weight_against(t, p, pdf, g->instances[hit->instance].visibility);
+  return weight_against(t, p, pdf, emitter->visibility, &emitter->influence);
 }
 
 double direct_weight_sun(const tracer *t, const path *p, const reach *reach, size_t index)
 {
-  if (!reach->joined) return 1;
   const sun *s = &t->scene->suns->list[index];
+  if (!is_lit_path(&s->influence, p)) return 0;
+  if (!reach->joined) return 1;
   const double probability = lights_sun_probability(t->scene->lights, index, p->scattered.position, p->scattered.normal);
-  return probability > 0 ? weight_against(t, p, probability / s->solid_angle * reach->spread, s->visibility) : 1;
+  if (!(probability > 0)) return 1;
+  return weight_against(t, p, probability / s->solid_angle * reach->spread, s->visibility, &s->influence);
 }
 
 double direct_weight_sky(const tracer *t, const path *p, const reach *reach, vec3 direction)
 {
   if (!reach->joined) return 1;
   const double pdf = lights_sky_pdf(t->scene->lights, direction, p->scattered.position, p->scattered.normal);
-  return pdf > 0 ? weight_against(t, p, pdf * reach->spread, VISIBLE_SCATTERING) : 1;
+  return pdf > 0 ? weight_against(t, p, pdf * reach->spread, VISIBLE_SCATTERING, &BENT_INFLUENCE_ALL) : 1;
 }
 
 /* ---- Connections with lights that are drawn ---- */
@@ -100,24 +122,30 @@ typedef struct beam {
   double pdf; /* with which the connection was drawn, by solid angle at the vertex; of a point: its probability */
   int point;
   uint32_t visibility;
+  bent_influence influence;
 } beam;
 
-static beam beam_of(const bent_scene *scene, const light_sample *s, const joint *j)
+/* from: the vertex. */
+static beam beam_of(const bent_scene *scene, const light_sample *s, const joint *j, vec3 from)
 {
-  beam b = {.pdf = s->probability * j->spread, .visibility = VISIBLE_SCATTERING};
+  beam b = {.pdf = s->probability * j->spread, .visibility = VISIBLE_SCATTERING, .influence = BENT_INFLUENCE_ALL};
   if (s->kind == LIGHT_TRIANGLE) {
     b.pdf /= fabs(v3_dot(s->area, j->arrival));
     b.visibility = scene->geometry->instances[s->index].visibility;
-    b.light = lights_radiance(scene, s, j->arrival);
+    b.influence = scene->geometry->instances[s->index].influence;
+    b.light = lights_radiance(scene, s, from, j->arrival);
   } else if (s->kind == LIGHT_LAMP) {
+    const lamp *lamp = &scene->lamps->list[s->index];
     b.point = 1;
-    b.visibility = scene->lamps->list[s->index].visibility;
-    b.light = lamp_intensity(scene, &scene->lamps->list[s->index], v3_scale(j->arrival, -1));
+    b.visibility = lamp->visibility;
+    b.influence = lamp->influence;
+    b.light = lamp_intensity(scene, lamp, v3_scale(j->arrival, -1), v3_length(v3_sub(lamp->position, from)));
   } else if (s->kind == LIGHT_SUN) {
     const sun *sun = &scene->suns->list[s->index];
     b.point = sun->solid_angle == 0;
     if (!b.point) b.pdf /= sun->solid_angle;
     b.visibility = sun->visibility;
+    b.influence = sun->influence;
     b.light = sun->radiance;
   } else {
     b.light = shading_sky(scene->shading, s->target);
@@ -125,30 +153,34 @@ static beam beam_of(const bent_scene *scene, const light_sample *s, const joint 
   return b;
 }
 
-/* The light that a vertex passes on to the camera from one connection, if nothing is in its way. */
-static vec3 joined_light(const tracer *t, const lit_vertex *v, const light_sample *s, const joint *j, int *shadowless)
+/* The light that a vertex passes on to the camera from one connection, if nothing is in its way; and the sets of what
+ * may be in its way. */
+static vec3 joined_light(const tracer *t, const lit_vertex *v, const light_sample *s, const joint *j, uint64_t *blockers)
 {
   const vec3 dark = v3(0, 0, 0);
-  const beam b = beam_of(t->scene, s, j);
-  *shadowless = b.visibility & BENT_SHADOWLESS;
+  const beam b = beam_of(t->scene, s, j, v->point.position);
+  *blockers = b.influence.blockers;
+  const uint32_t receiver_set = t->scene->geometry->instances[v->hit->instance].receiver_set;
+  if (!is_lit(&b.influence, receiver_set, v->bounces)) return dark;
   if (!(b.pdf > 0) || !isfinite(b.pdf) || !(v3_max(b.light) > 0)) return dark;
   double pdf;
   const vec3 value = bsdf_evaluate(&v->set, &v->point, j->launch, b.visibility, &pdf);
   if (!(v3_max(value) > 0)) return dark;
-  const int weighed = !b.point && t->settings->light_sampling == BENT_LIGHTS_BOTH && !*shadowless &&
-                      (b.visibility & VISIBLE_SCATTERING) == VISIBLE_SCATTERING;
+  const int weighed =
+      !b.point && t->settings->light_sampling == BENT_LIGHTS_BOTH && is_shared(b.visibility, &b.influence);
   const double weight = (weighed ? heuristic(b.pdf, pdf) : 1) / b.pdf;
-  const vec3 light = path_limited(t, v->path->bounces + 1, v3_mul(v->beta, v3_scale(v3_mul(value, b.light), weight)));
+  const vec3 light = path_limited(t, v->bounces + 1, v3_mul(v->beta, v3_scale(v3_mul(value, b.light), weight)));
   return v3_is_finite(light) ? light : dark;
 }
 
 static void add_shadow(const tracer *t, path_block *block, const lit_vertex *v, const light_sample *s, const joint *j,
-                       int straight, int far, vec3 light)
+                       int straight, int far, vec3 light, uint64_t blockers)
 {
   const int i = block->shadow_count++, sky = s->kind == LIGHT_SUN || s->kind == LIGHT_SKY;
   block->shadows[i] = (shadow){.path = (int)(v->path - block->paths), .kind = s->kind, .target = s->target,
                                .instance = s->kind == LIGHT_TRIANGLE ? s->index : -1, .triangle = s->triangle,
                                .swept = j->swept, .straight = straight, .far = far, .light = light,
+                               .blockers = blockers,
                                .transparent = v->path->transparent};
   bent_ray *ray = &block->shadow_rays[i];
   *ray = (bent_ray){.length_max = INFINITY, .visibility = BENT_SHADOW};
@@ -161,18 +193,18 @@ static void add_shadows(const tracer *t, path_block *block, const lit_vertex *v,
                         const joints *joints, int far, double u)
 {
   vec3 light[JOINTS_MAX];
-  int shadowless = 0;
+  uint64_t blockers = 0; /* one light's */
   double brightest = 0;
   for (int k = 0; k < joints->count; k++) {
-    light[k] = joined_light(t, v, s, &joints->list[k], &shadowless);
+    light[k] = joined_light(t, v, s, &joints->list[k], &blockers);
     brightest = max2(brightest, v3_max(light[k]));
   }
   for (int k = 0; k < joints->count; k++) {
     const double chance = min2(v3_max(light[k]) / (FAINT * brightest), 1);
     if (!(chance > 0) || u >= chance) continue;
     light[k] = v3_scale(light[k], 1 / chance);
-    if (shadowless) v->path->radiance = v3_add(v->path->radiance, light[k]);
-    else add_shadow(t, block, v, s, &joints->list[k], joints->straight, far, light[k]);
+    if (!blockers) v->path->radiance = v3_add(v->path->radiance, light[k]);
+    else add_shadow(t, block, v, s, &joints->list[k], joints->straight, far, light[k], blockers);
   }
 }
 
@@ -228,10 +260,10 @@ static int arrives(const shadow *s, const bent_hit *hit)
 }
 
 /* What part of the light a surface lets straight through. */
-static vec3 transmitted(const tracer *t, const path_block *block, const bent_hit *hit)
+static vec3 transmitted(const tracer *t, const path_block *block, const bent_hit *hit, vec3 from)
 {
   surface surface;
-  surface_at(t->scene, hit, &surface);
+  surface_at(t->scene, hit, from, &surface);
   if (surface.see_through) return v3_splat(1);
   vec3 sum = v3(0, 0, 0);
   if (!shading_may_be_transparent(t->scene->shading, surface.material)) return sum;
@@ -250,8 +282,10 @@ static int shadow_step(const tracer *t, path_block *block, shadow *s, bent_ray *
     if (hit->fate == BENT_HIT || arrives(s, hit)) p->radiance = v3_add(p->radiance, s->light);
     return 0;
   }
-  if (s->transparent++ >= t->settings->transparent_bounces) return 0;
-  s->light = v3_mul(s->light, transmitted(t, block, hit));
+  if (s->blockers >> t->scene->geometry->instances[hit->instance].blocker_set & 1) {
+    if (s->transparent++ >= t->settings->transparent_bounces) return 0;
+    s->light = v3_mul(s->light, transmitted(t, block, hit, v3_from(ray->origin)));
+  }
   if (!(v3_max(s->light) > 0)) return 0;
   s->swept -= hit->swept;
   ray->length_max -= hit->length;

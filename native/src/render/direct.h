@@ -26,9 +26,10 @@ double direct_weight_emission(const tracer *t, const path *p, const reach *reach
 double direct_weight_sun(const tracer *t, const path *p, const reach *reach, size_t sun);
 double direct_weight_sky(const tracer *t, const path *p, const reach *reach, vec3 direction);
 
-/* A vertex that scatters, whose light is wanted. */
+/* A vertex that scatters, whose light is wanted. The path may have gone on from there already. */
 typedef struct lit_vertex {
   path *path;
+  uint32_t bounces; /* scatterings before it */
   const bent_hit *hit;
   vec3 beta; /* before scattering */
   double u[4];

@@ -118,7 +118,7 @@ static int start(const tracer *t, const pixel_sample *wanted, path *p, bent_ray 
     record->value[CHANNEL_COMBINED][3] = 1; /* black and opaque, as Cycles */
     return 0;
   }
-  *p = (path){.beta = {1, 1, 1}, .feature_beta = {1, 1, 1}, .alpha = 1, .pixel_key = key, .sample = wanted->sample,
+  *p = (path){.scattered = {.position = camera.origin}, .beta = {1, 1, 1}, .feature_beta = {1, 1, 1}, .alpha = 1, .pixel_key = key, .sample = wanted->sample,
               .depth_per_length = camera.depth_per_length};
   *ray = (bent_ray){.length_min = camera.length_min, .length_max = camera.length_max,
                     .visibility = BENT_VISIBLE_CAMERA};
@@ -215,7 +215,8 @@ static int scatter(const tracer *t, path *p, bent_ray *ray, const bent_hit *hit,
   if (p->last) return 0;
   count_bounce(t->settings, p, drawn.lobe);
   if (!survives(t->settings, p, u[3])) return 0;
-  p->scattered = (scattering){point->position, direct_normal(point, set), drawn.wi, drawn.pdf, 0};
+  p->scattered = (scattering){point->position, direct_normal(point, set), drawn.wi, drawn.pdf,
+                              t->scene->geometry->instances[hit->instance].receiver_set, 0};
   ray->length_min = 0, ray->length_max = INFINITY;
   ray->visibility = (uint32_t)drawn.lobe;
   path_set_ray(t, ray, point->position, drawn.wi, hit);
@@ -245,7 +246,7 @@ static void want_light(const tracer *t, batch *b, path *p, const bent_hit *hit, 
       t->settings->light_sampling == BENT_LIGHTS_SCATTERING)
     return;
   lit_vertex *v = &b->vertices[b->vertex_count++];
-  *v = (lit_vertex){.path = p, .hit = hit, .beta = p->beta, .point = *point, .set = *set};
+  *v = (lit_vertex){.path = p, .bounces = p->bounces, .hit = hit, .beta = p->beta, .point = *point, .set = *set};
   sampler_draw(&t->sampler, p->pixel_key, p->sample, SET_VERTEX + SETS_PER_VERTEX * p->vertex + 1, v->u);
 }
 
@@ -257,16 +258,28 @@ static void describe_ray(path *p, const bent_hit *hit, sample_record *record)
   if (!p->described) record->value[CHANNEL_FATE][0] = hit->fate;
 }
 
+/* An immaterial surface, where the ray gathers light and goes on; returns 1 if it does. */
+static int shine_through(const tracer *t, path *p, const reach *reach, const surface *surface, bent_ray *ray,
+                         const bent_hit *hit, sample_record *record)
+{
+  const vec3 emission = shading_emission(t->scene->shading, surface->material, &surface->point);
+  gather_emission(t, p, hit, reach, emission, record);
+  pass_through(t, p, ray, hit);
+  return !(v3_max(emission) > 0) || p->transparent++ < t->settings->transparent_bounces;
+}
+
 /* A surface. Returns 1 if the path goes on along *ray. `closures` is room for those of the surface. */
 static int shade_surface(const tracer *t, batch *b, path *p, const reach *reach, closure *closures, bent_ray *ray,
                          const bent_hit *hit, sample_record *record)
 {
   surface surface;
-  surface_at(t->scene, hit, &surface);
+  surface_at(t->scene, hit, p->scattered.position, &surface);
   if (p->vertex >= VERTICES_MAX || !can_leave(t, surface.point.position)) return 0;
   int goes_on = 1;
   if (surface.see_through) {
     pass_through(t, p, ray, hit);
+  } else if (t->scene->geometry->instances[hit->instance].visibility & BENT_IMMATERIAL) {
+    goes_on = shine_through(t, p, reach, &surface, ray, hit, record);
   } else if (p->last && !shading_may_be_transparent(t->scene->shading, surface.material)) {
     const vec3 emission = shading_emission(t->scene->shading, surface.material, &surface.point);
     gather_emission(t, p, hit, reach, emission, record);

@@ -22,9 +22,10 @@ typedef struct tracer {
 
 /* The last scattering of a path, which the light that it meets is weighed by. */
 typedef struct scattering {
-  vec3 position, normal; /* normal: as direct_normal has it */
+  vec3 position, normal; /* at first the camera's ray; normal: as direct_normal has it */
   vec3 direction;        /* drawn */
   double pdf;            /* of the direction, by solid angle; 0: a mirror's or the camera's, which no light sampling finds */
+  uint32_t receiver_set; /* of the instance there */
   double swept;          /* from there to the ray's origin, by way of surfaces that it went through, radians */
 } scattering;
 
@@ -54,6 +55,7 @@ typedef struct shadow {
   int straight; /* space is flat all the way */
   int far;      /* the target is in the sky beyond a wormhole */
   vec3 light;
+  uint64_t blockers;    /* sets of instances that hold the light up */
   uint32_t transparent; /* surfaces gone through since the camera */
 } shadow;
 

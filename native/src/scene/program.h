@@ -56,7 +56,7 @@ void program_run(const program *program, program_context *context);
 #define COLOR_MODELS(X) X(HSV) X(HSL)
 #define COORDINATES(X) X(UV) X(GENERATED) X(OBJECT) X(NORMAL) X(REFLECTION) X(POSITION) X(SHADING_NORMAL)  \
   X(TRUE_NORMAL) X(TANGENT) X(INCOMING) X(PARAMETRIC) X(BACKFACING) X(OBJECT_LOCATION) X(OBJECT_COLOR) X(OBJECT_ALPHA) \
-  X(OBJECT_INDEX) X(OBJECT_RANDOM)
+  X(OBJECT_INDEX) X(OBJECT_RANDOM) X(RAY_LENGTH) X(BEAM)
 #define MAPPING_TYPES(X) X(POINT) X(TEXTURE) X(VECTOR) X(NORMAL)
 #define EXTENSIONS(X) X(REPEAT) X(EXTEND) X(CLIP) X(MIRROR)
 #define INTERPOLATIONS(X) X(Linear) X(Closest) X(Cubic) X(Smart)
@@ -124,6 +124,10 @@ void program_run(const program *program, program_context *context);
   OP(project, 1, 1, PURE, NAMES(PROJECTIONS)) /* vector -> image coordinates */                                        \
   OP(environment, 2, 1, PER_POINT, image_index, NAMES(INTERPOLATIONS), NAMES(ENVIRONMENT_PROJECTIONS))                 \
   OP(sun_disk, 1, 3, PURE, NONE)     /* vector, direction of the sun, half its angle -> 1 in its middle, 0 outside */    \
+  OP(sphere_lamp, 1, 1, PER_POINT, NAMES(SWITCH)) /* radius -> 1 where it shines, else 0; soft */                       \
+  OP(spot_cone, 1, 3, PER_POINT, NONE) /* cosine of the edge, to full strength, radius -> part of the light */          \
+  OP(area_spread, 1, 2, PER_POINT, NONE) /* tangent of the edge, strength -> part of the light */                      \
+  OP(light_falloff, 3, 2, PER_POINT, NONE) /* strength, smoothing -> quadratic, linear, constant */                    \
   OP(emission, 0, 3, EMITS, NONE)    /* weight, color, strength */                                                     \
   OP(transparent, 0, 2, SEE_THROUGH, NONE) /* weight, color */                                                         \
   OP(diffuse, 0, 4, SCATTERS, NONE)  /* weight, color, roughness, normal */                                            \

@@ -60,6 +60,10 @@ OPERATION(coordinate)
     case COORDINATE_OBJECT_ALPHA: *out = v3_splat(p->object_color[3]); break;
     case COORDINATE_OBJECT_INDEX: *out = v3_splat(p->object_index); break;
     case COORDINATE_OBJECT_RANDOM: *out = v3_splat(p->object_random); break;
+    case COORDINATE_RAY_LENGTH: *out = v3_splat(p->ray_length); break;
+    case COORDINATE_BEAM: /* where the light goes, in the axes of the object */
+      *out = v3_normalize(p->object_from_world ? mat4_vector(p->object_from_world, p->wo) : p->wo);
+      break;
   }
 }
 

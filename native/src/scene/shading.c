@@ -136,7 +136,7 @@ vec3 shading_sky(const shading *shading, vec3 direction)
   if (!shading->has_world) return v3(0, 0, 0);
   const vec3 back = v3_scale(direction, -1);
   const shade_point point = {.position = direction, .generated = direction, .wo = back, .geometric_normal = back,
-                             .normal = back};
+                             .normal = back, .ray_length = SKY_LENGTH};
   closure_set set = {.closures = NULL};
   run(shading, &shading->world, &point, &set, 1);
   return set.emission;

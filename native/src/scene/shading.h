@@ -14,6 +14,9 @@
 
 typedef struct shading shading;
 
+/* How far away the sky is for materials that ask. */
+#define SKY_LENGTH 1e30
+
 /* Where and how a surface is looked at. All directions are local unit vectors in world axes (the ZAMO frame that stands
  * for the flat basis), so that a BSDF never knows that space is curved. */
 typedef struct shade_point {
@@ -25,6 +28,7 @@ typedef struct shade_point {
   vec3 tangent;          /* dP/du, made orthogonal to normal; zero if there is no UV map */
   double tangent_sign;   /* +1 or -1: bitangent = sign * cross(normal, tangent), normal as on the triangle's own side */
   double uv[2];
+  double ray_length;     /* in the scene, straight to where light was scattered before, or to the camera; of the sky: SKY_LENGTH */
   double barycentric[2];  /* weights of the second and third corner of the triangle */
   float object_index;
   float object_color[4];  /* RGB and alpha */
