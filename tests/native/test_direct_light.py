@@ -25,9 +25,9 @@ from test_render_light import z_score
 WHITE = diffuse((1, 1, 1))
 
 
-def add_lamps(scene, *positions, intensity=1.0, visibility=15):
+def add_lamps(scene, *positions, intensity=1.0, **options):
     index = scene.add_material(material(emission((intensity,) * 3)))
-    scene.set_lamps([placed(*p) for p in positions], index, visibility)
+    scene.set_lamps([placed(*p) for p in positions], index, **options)
 
 
 def patch_radiance(scene, *, samples=1, at=(0, 0, 0), up=(0, 0, 1), side=(1, 0, 0), **settings):
