@@ -10,7 +10,7 @@ from tests.engine import stage
 from tests.engine.stage import blender  # noqa: F401 (a fixture)
 
 JITTER = 0.005  # pixels: half of Cycles' narrowest pixel filter
-CYCLES_DIRECTION = 2e-5  # float32 trigonometry of Cycles: measured at most 1.5e-5
+CYCLES_DIRECTION = 1e-6  # float32: eight units in the last place of 1
 
 FISHEYE = {"type": "PANO", "fisheye_fov": 2.5}
 CAMERAS = {
