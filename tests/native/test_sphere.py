@@ -207,6 +207,18 @@ def test_what_a_table_declines():
     assert not hole.emerge([[0.5, 0, 0]], [[1.0, 0.1, 0]])["fate"].any()
 
 
+@pytest.mark.parametrize("beside", [1e-7, -1e-7, 1e-10])
+def test_a_start_beside_the_sphere_is_in_the_error(beside):
+    """At the same angle b is larger by as much as the radius, and so is the way on."""
+    sphere, critical = LensSphere(Spacetime.ellis(1.0), 8.0), critical_sine("ellis", 8.0)
+    sine = critical * (1 + np.array([-0.5, -1e-2, 1e-2, 0.1, 1, 3]))
+    points, directions = entering(8.0, sine)
+    got = sphere.cross(points * (1 + beside), directions)
+    true = sphere.cross(*entering(8.0, sine * (1 + beside)))
+    assert np.all(np.abs(got["swept"] - true["swept"]) <= got["error"])
+    assert np.all(got["error"] >= abs(beside)) and np.all(got["error"] <= 1e4 * abs(beside))
+
+
 def test_units_and_lengths_of_directions_do_not_matter():
     random = np.random.default_rng(9)
     points, aims = 8 * unit(random.normal(size=(100, 3))), random.normal(size=(100, 3))

@@ -132,7 +132,10 @@ void BENT_KERNEL(sphere_cross)(const bent_sphere *sphere, size_t n, const double
     lanes_load_rows(directions, NULL, first, n, direction);
     const aim a = aim_from(position, direction);
     const lanes b = a.sine * (1 / sphere->critical), delta = b - 1;
-    passing p = pass(sphere, delta, 4 * DBL_EPSILON * (b + 1 / sphere->critical), -a.cosine);
+    /* A start that rounding has put beside the sphere is off across it by about as much. */
+    const lanes beside = lanes_abs(a.radius * (1 / sphere->radius) - 1);
+    passing p = pass(sphere, delta, (4 * DBL_EPSILON + beside) * (b + 1 / sphere->critical), -a.cosine);
+    p.error += beside;
     const lanes_mask down = delta < 0, through = down & lanes_mask_all(is_ellis);
     p.fate &= (a.cosine < 0) & ((~down & BENT_ESCAPED) | (down & (is_ellis ? BENT_ESCAPED_FAR : BENT_CAPTURED)));
     /* back: the way out mirrors the way in; at the throat sin = b / rho */
