@@ -98,6 +98,7 @@ def render_settings(
         ),
         film_transparent=render.film_transparent,
         clamp_indirect=user.clamp_indirect,
+        light_threshold=user.light_threshold,
     )
 
 

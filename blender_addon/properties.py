@@ -89,6 +89,17 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
         soft_max=100.0,
         default=0.0,
     )
+    light_threshold: FloatProperty(
+        name="Light Threshold",
+        description=(
+            "Light that would bring a pixel less than this is followed by chance only: a little more noise, no bias, "
+            "and less time. 0: all light is followed"
+        ),
+        min=0.0,
+        max=1.0,
+        default=0.01,
+        precision=4,
+    )
     pixel_filter: EnumProperty(
         name="Pixel Filter",
         description="How the light that falls around a pixel is weighted",

@@ -44,6 +44,7 @@ class BENTLIGHT_PT_sampling(_Panel, bpy.types.Panel):
         least.active = settings.use_adaptive_sampling
         least.prop(settings, "adaptive_min_samples")
         column.prop(settings, "tolerance")
+        column.prop(settings, "light_threshold")
         self.layout.prop(settings, "seed")
 
 

@@ -90,6 +90,7 @@ typedef struct bent_render_settings {
   int film_transparent;      /* the sky seen by the camera has alpha 0 and no color in `combined` */
   double clamp_indirect;     /* largest contribution (mean of RGB) of a path after its second scattering; 0: off */
   bent_light_sampling light_sampling;
+  double light_threshold;    /* connections that would bring a sample less than this are traced by chance only; 0: all */
   double alpha_threshold;    /* surfaces less opaque than this are not described by depth, position and normal */
 } bent_render_settings;
 

@@ -7,6 +7,8 @@
 static const double TOLERANCE = 1e-6;
 /* A traced ray that is farther from a connection, in swept angle or in direction, is another one: radians. */
 static const double ANGLE_APART = 0.1;
+/* The least chance with which images after the first are listed. */
+static const double CHANCE_LEAST = 0.02;
 enum { BLOCK = 64 };
 
 /* The one lens that is all of space and has connections; NULL if there is none. *bent: whether there is any lens. */
@@ -43,15 +45,15 @@ static int is_clear(const geometry *g, vec3 from, vec3 direction, double length)
   return 1;
 }
 
-static void join_straight(const geometry *g, vec3 from, vec3 to, int sky, joints *out)
+static void join_straight(const geometry *g, vec3 from, vec3 to, double u, int sky, joints *out)
 {
   const vec3 way = sky ? to : v3_sub(to, from);
   const double length = v3_length(way);
-  *out = (joints){.straight = 1};
+  *out = (joints){.straight = 1, .rest = u};
   if (!(length > 0)) return;
   const vec3 direction = v3_scale(way, 1 / length);
   if (!is_clear(g, from, direction, sky ? INFINITY : length)) return;
-  out->list[out->count++] = (joint){direction, direction, sky ? 1 : length * length, 0};
+  out->list[out->count++] = (joint){direction, direction, sky ? 1 : length * length, 0, 1};
 }
 
 /* A place where rays go by: outside the horizon; in a wormhole without an exit, this side of the throat. */
@@ -62,10 +64,40 @@ static int is_place(const lens *l, const double at[3])
   return bent_spacetime_contains(&l->spacetime, at);
 }
 
+/* Images are listed by levels: just the first, two, or all, the later ones with less chance. */
+enum { LEVELS = 3 };
+static const size_t LEVEL_IMAGES[LEVELS] = {1, 2, JOINTS_MAX};
+/* Images after the second have about e^-2 pi = 1/535 of the light of the two before. */
+static const double LEVEL_2_SHARE = 0.05;
+
+/* The chance with which the second image is listed: about its share of the light, by the lens equation (share 1 / u^4 at u
+ * Einstein radii), which far from the line through the center has some times too much rather than too little. */
+static double chance_of_second(const lens *l, const double from[3], const double to[3], int sky)
+{
+  const vec3 a = v3_from(from), way = sky ? v3_normalize(v3_from(to)) : v3_sub(v3_from(to), a);
+  const double length2 = v3_dot(way, way), along = max2(-v3_dot(a, way) / length2, 0);
+  const double part = sky ? along : min2(along, 1);
+  const vec3 closest = v3_mad(way, part, a);
+  const double miss = v3_length(closest), near = v3_length(a), beyond = sky ? INFINITY : v3_length(v3_from(to));
+  const double reduced = near / (1 + near / beyond);
+  const int throat = l->spacetime.kind == BENT_ELLIS;
+  const double rho = l->spacetime.throat_radius;
+  const double ring = throat ? cbrt(M_PI / 4 * rho * rho * reduced) : sqrt(4 * l->spacetime.mass * reduced);
+  const double radii = miss / ring;
+  return min2(max2(0.5 / (radii * radii * radii * radii), CHANCE_LEAST), 1);
+}
+
+/* With which a level or a later one is taken. */
+static double chance_of_level(double second, int level)
+{
+  return level == 0 ? 1 : level == 1 ? second : level == 2 ? LEVEL_2_SHARE * second : 0;
+}
+
 /* Connections of at most BLOCK pairs that are good places; pair k goes to out[target[k]]. */
 static void join_images(const lens *l, size_t n, const double (*from)[3], const double (*to)[3], const size_t *target,
-                        int sky, int far, joints *out)
+                        int level, int sky, int far, joints *out)
 {
+  const size_t images = LEVEL_IMAGES[level];
   enum { ENTRIES = BLOCK * JOINTS_MAX };
   uint8_t status[ENTRIES];
   double launch[ENTRIES][3], arrival[ENTRIES][3], spread[ENTRIES], swept[ENTRIES];
@@ -73,51 +105,76 @@ static void join_images(const lens *l, size_t n, const double (*from)[3], const 
                                     .swept = swept};
   bent_error ignored; /* all arguments have been checked */
   const bent_status failed =
-      sky ? bent_connect_sky(&l->spacetime, n, from, to, far, JOINTS_MAX, JOINT_SHARE_MIN, TOLERANCE, &results, NULL, NULL,
+      sky ? bent_connect_sky(&l->spacetime, n, from, to, far, images, JOINT_SHARE_MIN, TOLERANCE, &results, NULL, NULL,
                              &ignored)
-          : bent_connect(&l->spacetime, n, from, to, JOINTS_MAX, JOINT_SHARE_MIN, TOLERANCE, &results, NULL, NULL,
-                         &ignored);
+          : bent_connect(&l->spacetime, n, from, to, images, JOINT_SHARE_MIN, TOLERANCE, &results, NULL, NULL, &ignored);
   if (failed) return;
-  for (size_t i = 0; i < n * JOINTS_MAX; i++) {
+  for (size_t i = 0; i < n * images; i++) {
     if (status[i] != BENT_CONNECTION_MET && status[i] != BENT_CONNECTION_RING) continue;
-    joints *j = &out[target[i / JOINTS_MAX]];
+    const size_t k = i / images;
+    const int order = (int)(i % images);
+    const double second = order ? chance_of_second(l, from[k], to[k], sky) : 1;
+    joints *j = &out[target[k]];
     j->list[j->count++] = (joint){v3_normalize(mat4_vector(&l->world_from_spacetime, v3_from(launch[i]))),
                                   v3_normalize(mat4_vector(&l->world_from_spacetime, v3_from(arrival[i]))),
-                                  sky ? spread[i] : spread[i] * l->scale * l->scale, swept[i]};
+                                  sky ? spread[i] : spread[i] * l->scale * l->scale, swept[i],
+                                  chance_of_level(second, order < 2 ? order : 2)};
   }
 }
 
-static void join_all(const geometry *g, size_t n, const vec3 *from, const vec3 *to, int sky, int far, joints *out)
+/* Those of a block of pairs in a lone lens whose images are listed up to a level. */
+static void join_level(const lens *l, size_t n, const vec3 *from, const vec3 *to, const double *u, int sky, int far,
+                       int level, joints *out)
+{
+  double a[BLOCK][3], b[BLOCK][3];
+  size_t target[BLOCK], count = 0;
+  for (size_t i = 0; i < n; i++) {
+    v3_to(a[count], mat4_point(&l->spacetime_from_world, from[i]));
+    v3_to(b[count], sky ? mat4_transposed_vector(&l->world_from_spacetime, to[i])
+                        : mat4_point(&l->spacetime_from_world, to[i]));
+    if (far) b[count][1] = -b[count][1]; /* the far side's sky is drawn mirrored (jump.c) */
+    if (!is_place(l, a[count]) || !(sky || is_place(l, b[count]))) continue;
+    const double second = chance_of_second(l, a[count], b[count], sky);
+    const double high = chance_of_level(second, level), low = chance_of_level(second, level + 1);
+    if (!(u[i] >= low && u[i] < high)) continue;
+    out[i].rest = (u[i] - low) / (high - low);
+    target[count++] = i;
+  }
+  if (count) join_images(l, count, (const double(*)[3])a, (const double(*)[3])b, target, level, sky, far, out);
+}
+
+static void join_all(const geometry *g, size_t n, const vec3 *from, const vec3 *to, const double *u, int sky, int far,
+                     joints *out)
 {
   int bent;
   const lens *l = lone_lens(g, &bent);
-  if (!l) {
-    for (size_t i = 0; i < n; i++) join_straight(g, from[i], to[i], sky, &out[i]);
-    return;
-  }
-  for (size_t first = 0; first < n; first += BLOCK) {
-    double a[BLOCK][3], b[BLOCK][3];
-    size_t target[BLOCK], count = 0;
-    for (size_t i = first; i < n && i < first + BLOCK; i++) {
-      out[i].count = out[i].straight = 0;
-      v3_to(a[count], mat4_point(&l->spacetime_from_world, from[i]));
-      v3_to(b[count], sky ? mat4_transposed_vector(&l->world_from_spacetime, to[i])
-                          : mat4_point(&l->spacetime_from_world, to[i]));
-      if (far) b[count][1] = -b[count][1]; /* the far side's sky is drawn mirrored (jump.c) */
-      if (is_place(l, a[count]) && (sky || is_place(l, b[count]))) target[count++] = i;
-    }
-    if (count) join_images(l, count, (const double(*)[3])a, (const double(*)[3])b, target, sky, far, out);
+  for (size_t i = 0; i < n && !l; i++) join_straight(g, from[i], to[i], u[i], sky, &out[i]);
+  for (size_t first = 0; first < n && l; first += BLOCK) {
+    const size_t count = n - first < BLOCK ? n - first : BLOCK;
+    for (size_t i = first; i < first + count; i++) out[i].count = out[i].straight = 0;
+    for (int level = 0; level < LEVELS; level++)
+      join_level(l, count, from + first, to + first, u + first, sky, far, level, out + first);
   }
 }
 
-void join_points(const geometry *g, size_t n, const vec3 *from, const vec3 *to, joints *out)
+void join_points(const geometry *g, size_t n, const vec3 *from, const vec3 *to, const double *u, joints *out)
 {
-  join_all(g, n, from, to, 0, 0, out);
+  join_all(g, n, from, to, u, 0, 0, out);
 }
 
-void join_sky(const geometry *g, size_t n, const vec3 *from, const vec3 *to, int far, joints *out)
+void join_sky(const geometry *g, size_t n, const vec3 *from, const vec3 *to, const double *u, int far, joints *out)
 {
-  join_all(g, n, from, to, 1, far, out);
+  join_all(g, n, from, to, u, 1, far, out);
+}
+
+int join_is_first(const geometry *g, vec3 from, vec3 to, int sky, double swept)
+{
+  int bent;
+  const lens *l = lone_lens(g, &bent);
+  if (!l) return 1;
+  const vec3 a = v3_sub(from, l->center), b = sky ? to : v3_sub(to, l->center);
+  const double angle = atan2(v3_length(v3_cross(a, b)), v3_dot(a, b));
+  return fabs(swept - angle) < ANGLE_APART && angle < M_PI - 2 * ANGLE_APART;
 }
 
 const joint *joints_find(const joints *joints, vec3 direction, double swept)

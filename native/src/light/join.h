@@ -14,20 +14,25 @@ typedef struct joint {
   vec3 launch, arrival; /* of the ray from the first place */
   double spread; /* local area across the ray at the second place, or solid angle of sky, per solid angle of launch */
   double swept;  /* about the lens, radians; 0: straight */
+  double chance; /* with which such an image is listed */
 } joint;
 
 typedef struct joints {
   int count;
   int straight; /* space is flat all along */
+  double rest;  /* the number that decided what is listed, again even in [0, 1) */
   joint list[JOINTS_MAX];
 } joints;
 
-/* What joins from[i] with to[i], i < n. */
-void join_points(const geometry *g, size_t n, const vec3 *from, const vec3 *to, joints *out);
+/* What joins from[i] with to[i], i < n. The first image is always listed. The others are mostly faint: by u[i] in [0, 1) they
+ * are listed with a chance, never too small, that grows with the light that they may have; u[i] = 0 lists them all. */
+void join_points(const geometry *g, size_t n, const vec3 *from, const vec3 *to, const double *u, joints *out);
 /* What joins from[i] with the unit asymptotic direction to[i]. far: not 0 for the sky beyond a lone wormhole. */
-void join_sky(const geometry *g, size_t n, const vec3 *from, const vec3 *to, int far, joints *out);
+void join_sky(const geometry *g, size_t n, const vec3 *from, const vec3 *to, const double *u, int far, joints *out);
 /* Nonzero if a wormhole has a sky of its own beyond it. */
 int join_has_far_sky(const geometry *g);
+/* Whether a traced ray, which swept `swept`, can only be the first image; never if it arrived in a far sky. */
+int join_is_first(const geometry *g, vec3 from, vec3 to, int sky, double swept);
 /* The joint that is the traced ray which left in `direction` and swept `swept`; NULL if none is. */
 const joint *joints_find(const joints *joints, vec3 direction, double swept);
 /* The area, as a vector in world axes, that observers at rest see of a small flat piece of surface at `position`, whose

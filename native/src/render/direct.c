@@ -30,6 +30,7 @@ void direct_reach(const tracer *t, int count, const path *paths, const bent_hit 
 {
   const lights *lights = t->scene->lights;
   vec3 from[3][DIRECT_BATCH], to[3][DIRECT_BATCH]; /* places, the sky, the far sky */
+  double u[3][DIRECT_BATCH]; /* nearly 1: the first image, 0: all */
   int path_of[3][DIRECT_BATCH], n[3] = {0};
   for (int i = 0; i < count; i++) {
     const bent_hit *hit = &hits[i];
@@ -39,19 +40,21 @@ void direct_reach(const tracer *t, int count, const path *paths, const bent_hit 
     const int is_sky = (hit->fate == BENT_ESCAPED || hit->fate == BENT_ESCAPED_FAR) && lights_draw_sky(lights);
     if (!is_place && !is_sky) continue;
     const int list = is_place ? 0 : hit->fate == BENT_ESCAPED ? 1 : 2;
-    from[list][n[list]] = paths[i].scattered.position;
-    to[list][n[list]] = v3_from(is_place ? hit->position : hit->direction);
+    const vec3 begin = paths[i].scattered.position, end = v3_from(is_place ? hit->position : hit->direction);
+    from[list][n[list]] = begin, to[list][n[list]] = end;
+    const double swept = paths[i].scattered.swept + hit->swept;
+    u[list][n[list]] = list < 2 && join_is_first(t->scene->geometry, begin, end, is_sky, swept) ? 1 - 0x1p-53 : 0;
     path_of[list][n[list]++] = i;
   }
   for (int list = 0; list < 3; list++) {
     joints found[DIRECT_BATCH];
     if (!n[list]) continue;
-    if (list == 0) join_points(t->scene->geometry, (size_t)n[0], from[0], to[0], found);
-    else join_sky(t->scene->geometry, (size_t)n[list], from[list], to[list], list == 2, found);
+    if (list == 0) join_points(t->scene->geometry, (size_t)n[0], from[0], to[0], u[0], found);
+    else join_sky(t->scene->geometry, (size_t)n[list], from[list], to[list], u[list], list == 2, found);
     for (int k = 0; k < n[list]; k++) {
       const int i = path_of[list][k];
       const joint *j = joints_find(&found[k], paths[i].scattered.direction, paths[i].scattered.swept + hits[i].swept);
-      if (j) out[i] = (reach){1, j->spread, j->arrival};
+      if (j) out[i] = (reach){1, j->spread * j->chance, j->arrival};
     }
   }
 }
@@ -128,7 +131,7 @@ typedef struct beam {
 /* from: the vertex. */
 static beam beam_of(const bent_scene *scene, const light_sample *s, const joint *j, vec3 from)
 {
-  beam b = {.pdf = s->probability * j->spread, .visibility = VISIBLE_SCATTERING, .influence = BENT_INFLUENCE_ALL};
+  beam b = {.pdf = s->probability * j->spread * j->chance, .visibility = VISIBLE_SCATTERING, .influence = BENT_INFLUENCE_ALL};
   if (s->kind == LIGHT_TRIANGLE) {
     b.pdf /= fabs(v3_dot(s->area, j->arrival));
     b.visibility = scene->geometry->instances[s->index].visibility;
@@ -188,9 +191,10 @@ static void add_shadow(const tracer *t, path_block *block, const lit_vertex *v, 
   if (straight && !sky) ray->length_max = sqrt(j->spread);
 }
 
-/* Shadows of all connections of a vertex with its light; of faint ones by Russian roulette. */
+/* Shadows of all connections of a vertex with its light; of those that bring little by Russian roulette: less than the
+ * settings' threshold, or images after the first that are faint beside the brightest. */
 static void add_shadows(const tracer *t, path_block *block, const lit_vertex *v, const light_sample *s,
-                        const joints *joints, int far, double u)
+                        const joints *joints, int far)
 {
   vec3 light[JOINTS_MAX];
   uint64_t blockers = 0; /* one light's */
@@ -200,9 +204,10 @@ static void add_shadows(const tracer *t, path_block *block, const lit_vertex *v,
     brightest = max2(brightest, v3_max(light[k]));
   }
   for (int k = 0; k < joints->count; k++) {
-    const double chance = min2(v3_max(light[k]) / (FAINT * brightest), 1);
-    if (!(chance > 0) || u >= chance) continue;
-    light[k] = v3_scale(light[k], 1 / chance);
+    const double value = v3_max(light[k]);
+    const double chance = value / max2(t->settings->light_threshold, k ? FAINT * brightest : value);
+    if (!(value > 0) || joints->rest >= chance) continue;
+    light[k] = v3_scale(light[k], 1 / min2(chance, 1));
     if (!blockers) v->path->radiance = v3_add(v->path->radiance, light[k]);
     else add_shadow(t, block, v, s, &joints->list[k], joints->straight, far, light[k], blockers);
   }
@@ -213,6 +218,7 @@ void direct_draw(const tracer *t, path_block *block, int count, const lit_vertex
   const bent_scene *scene = t->scene;
   light_sample sample[DIRECT_BATCH];
   vec3 from[2][DIRECT_BATCH], to[2][DIRECT_BATCH]; /* to places, to the sky */
+  double u[2][DIRECT_BATCH];
   int vertex_of[2][DIRECT_BATCH], n[2] = {0};
   for (int i = 0; i < count; i++) {
     const lit_vertex *v = &vertices[i];
@@ -221,17 +227,18 @@ void direct_draw(const tracer *t, path_block *block, int count, const lit_vertex
     const int list = sample[i].kind == LIGHT_SUN || sample[i].kind == LIGHT_SKY;
     from[list][n[list]] = v->point.position;
     to[list][n[list]] = sample[i].target;
+    u[list][n[list]] = v->u[3];
     vertex_of[list][n[list]++] = i;
   }
   for (int pass = 0; pass < 3; pass++) { /* places, the sky, the far sky */
     const int list = pass > 0, far = pass == 2;
     joints found[DIRECT_BATCH];
     if (!n[list] || (far && !join_has_far_sky(scene->geometry))) continue;
-    if (pass == 0) join_points(scene->geometry, (size_t)n[0], from[0], to[0], found);
-    else join_sky(scene->geometry, (size_t)n[1], from[1], to[1], far, found);
+    if (pass == 0) join_points(scene->geometry, (size_t)n[0], from[0], to[0], u[0], found);
+    else join_sky(scene->geometry, (size_t)n[1], from[1], to[1], u[1], far, found);
     for (int k = 0; k < n[list]; k++) {
       const int i = vertex_of[list][k];
-      add_shadows(t, block, &vertices[i], &sample[i], &found[k], far, vertices[i].u[3]);
+      add_shadows(t, block, &vertices[i], &sample[i], &found[k], far);
     }
   }
 }

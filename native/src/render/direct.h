@@ -14,7 +14,7 @@ enum { DIRECT_BATCH = 64, DIRECT_SHADOWS_MAX = 2 * JOINTS_MAX };
 /* How the scattering before met what the path's ray has met now. */
 typedef struct reach {
   int joined;    /* a connection would have found the same ray */
-  double spread; /* that connection's */
+  double spread; /* that connection's, times its chance of being listed */
   vec3 arrival;
 } reach;
 

@@ -36,6 +36,9 @@ static bent_status check(const bent_scene *scene, const bent_render_settings *s,
     return bent_fail(error, BENT_ERROR_ARGUMENT,
                      "render: noise_threshold must not be negative and min_samples at least 2, got %g and %u",
                      s->noise_threshold, s->min_samples);
+  if (!(s->light_threshold >= 0))
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "render: light_threshold must not be negative, got %g",
+                     s->light_threshold);
   if ((unsigned)s->light_sampling >= BENT_LIGHT_SAMPLINGS)
     return bent_fail(error, BENT_ERROR_ARGUMENT, "render: there is no light_sampling %d", (int)s->light_sampling);
   if (!(s->alpha_threshold >= 0 && s->alpha_threshold <= 1))
