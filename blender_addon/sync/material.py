@@ -2,7 +2,6 @@
 
     table = MaterialTable(reporter)
     slot = table.index_of(material)          # None: the default gray
-    lamp = table.emission(radiance)
     table.set_world(world)                   # None: black
     table.images, table.materials, table.world   # for Scene.add_image(*image), add_material and set_world
 
@@ -15,7 +14,6 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import bpy
-import numpy as np
 from bentlight_native import Program, ProgramBuilder
 
 from ..report import Reporter
@@ -35,34 +33,35 @@ class Compiled(NamedTuple):
 def compile_material(material: Any, images: ImageTable) -> Compiled:
     """The surface of a material. Adds the images that it uses to `images`; raises RenderError if one is missing."""
     compiler = Compiler(f"Material '{material.name}'", images, bpy.app.version, material.pass_index)
-    tree = _node_tree(material)
+    tree = node_tree(material)
     if tree is None:
         _viewport_surface(compiler, material)
     else:
-        _compile_output(compiler, tree)
+        compile_output(compiler, tree)
     return Compiled(compiler.builder.build(compiler.owner), compiler.warnings, frozenset(compiler.uv_maps))
 
 
 def compile_world(world: Any, images: ImageTable) -> Compiled:
     """The background of a world; see compile_material."""
     compiler = Compiler(f"World '{world.name}'", images, bpy.app.version)
-    tree = _node_tree(world)
+    tree = node_tree(world)
     if tree is None:
         constant = compiler.builder.constant
         compiler.emit("emission", constant(1.0), constant(tuple(world.color)), constant(1.0))
     else:
-        _compile_output(compiler, tree)
+        compile_output(compiler, tree)
     return Compiled(compiler.builder.build(compiler.owner), compiler.warnings, frozenset(compiler.uv_maps))
 
 
-def _node_tree(datablock: Any) -> Any:
+def node_tree(datablock: Any) -> Any:
     """The nodes in use, or None. Up to Blender 4.5 they can be switched off; since 5.0 that switch is deprecated."""
     switch = datablock.bl_rna.properties.get("use_nodes")
     can_be_off = switch is not None and not getattr(switch, "is_deprecated", False)
     return None if can_be_off and not datablock.use_nodes else datablock.node_tree
 
 
-def _compile_output(compiler: Compiler, tree: Any) -> None:
+def compile_output(compiler: Compiler, tree: Any, weight: int | None = None) -> None:
+    """What the output node shows, times the operand `weight`; nothing if there is no output."""
     output = tree.get_output_node("CYCLES")
     if output is None:
         return
@@ -70,7 +69,7 @@ def _compile_output(compiler: Compiler, tree: Any) -> None:
         socket = output.inputs.get(name)
         if socket is not None and socket.is_linked:
             compiler.warn(output, f"'{name}' is not supported yet; left out")
-    compiler.surface(output.inputs["Surface"])
+    compiler.surface(output.inputs["Surface"], weight)
 
 
 def _viewport_surface(compiler: Compiler, material: Any) -> None:
@@ -92,6 +91,11 @@ class MaterialTable:
         self.world: Program | None = None
 
     @property
+    def image_table(self) -> ImageTable:
+        """For compiling what is then added."""
+        return self._images
+
+    @property
     def images(self) -> list[Pixels]:
         """What the core needs of each image."""
         return self._images.images
@@ -106,7 +110,7 @@ class MaterialTable:
         key = material.name_full
         if key not in self._index:
             compiled = compile_material(material, self._images)
-            self._index[key] = self._add(self._reported(compiled))
+            self._index[key] = self._add(self.reported(compiled).program)
             self._uv_maps[key] = compiled.uv_maps
         for name in self._uv_maps[key] - {uv_map} if uv_map else ():
             self._reporter.warn(
@@ -115,11 +119,9 @@ class MaterialTable:
             )
         return self._index[key]
 
-    def emission(self, radiance: np.ndarray) -> int:
-        """The index of a material that emits `radiance` (3,) and scatters nothing."""
-        builder = ProgramBuilder()
-        builder.emit("emission", builder.constant(1.0), builder.constant(radiance), builder.constant(1.0))
-        return self._add(builder.build())
+    def add(self, compiled: Compiled) -> int:
+        """The index of what was compiled elsewhere: the material of a lamp."""
+        return self._add(self.reported(compiled).program)
 
     def principled(self) -> int:
         """The index of a Principled BSDF as it is when it is new."""
@@ -136,13 +138,14 @@ class MaterialTable:
 
     def set_world(self, world: Any) -> None:
         """Compiles the world; None is black."""
-        self.world = None if world is None else self._reported(compile_world(world, self._images))
+        self.world = None if world is None else self.reported(compile_world(world, self._images)).program
 
     def _add(self, program: Program) -> int:
         self.materials.append(program)
         return len(self.materials) - 1
 
-    def _reported(self, compiled: Compiled) -> Program:
+    def reported(self, compiled: Compiled) -> Compiled:
+        """The same, its warnings told to the user."""
         for warning in compiled.warnings:
             self._reporter.warn(warning)
-        return compiled.program
+        return compiled

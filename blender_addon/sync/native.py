@@ -9,7 +9,7 @@ import numpy as np
 
 from ..report import RenderError
 from . import spacetime
-from .scene_data import CameraData, InstanceData, SceneData, SpacetimeData, SunData
+from .scene_data import CameraData, InstanceData, LampData, SceneData, SpacetimeData, SunData
 
 
 def build_scene(data: SceneData, progress: bentlight_native.Progress | None = None) -> bentlight_native.Scene:
@@ -35,6 +35,7 @@ def build_scene(data: SceneData, progress: bentlight_native.Progress | None = No
     for instance in data.instances:
         _add_instance(scene, instance)
     _set_suns(scene, data.suns)
+    _set_lamps(scene, data.lamps)
     _set_spacetimes(scene, data.spacetimes, data.camera)
     set_camera(scene, data.camera)
     scene.commit(progress)
@@ -66,6 +67,9 @@ def _add_instance(scene: bentlight_native.Scene, instance: InstanceData) -> None
             one_sided=instance.one_sided,
             color=instance.color,
             random=instance.random,
+            influence=instance.influence,
+            receiver_set=instance.receiver_set,
+            blocker_set=instance.blocker_set,
         )
     except ValueError as error:
         raise RenderError(f"Object '{instance.name}': {error}") from error
@@ -77,7 +81,20 @@ def _set_suns(scene: bentlight_native.Scene, suns: list[SunData]) -> None:
         [sun.radiance for sun in suns],
         [sun.angle for sun in suns],
         [sun.visibility for sun in suns],
+        [sun.influence for sun in suns],
     )
+
+
+def _set_lamps(scene: bentlight_native.Scene, lamps: list[LampData]) -> None:
+    try:
+        scene.set_lamps(
+            [lamp.world_from_lamp for lamp in lamps],
+            [lamp.material for lamp in lamps],
+            [lamp.visibility for lamp in lamps],
+            [lamp.influence for lamp in lamps],
+        )
+    except ValueError as error:
+        raise RenderError(f"Lights {', '.join(lamp.name for lamp in lamps)}: {error}") from error
 
 
 def _set_spacetimes(scene: bentlight_native.Scene, items: list[SpacetimeData], camera: CameraData) -> None:

@@ -9,8 +9,9 @@ import numpy as np
 
 from ..report import RenderError, Reporter
 from . import light, mesh, spacetime
+from .light_linking import LightLinking
 from .material import MaterialTable
-from .scene_data import CameraData, InstanceData, MeshData, SceneData, Visibility
+from .scene_data import CameraData, InstanceData, LampData, MeshData, SceneData, Visibility
 
 _WORD = 0xFFFFFFFF
 _SINGULAR = 5e-7  # of the volume of the box that a matrix's columns could span: less may be rounding of float32
@@ -28,8 +29,8 @@ def read_scene(
 ) -> SceneData | None:
     """Everything that the view layer of `depsgraph` shows. Raises RenderError for what cannot be rendered.
 
-    In a studio, where Blender's previews are taken, area lights are replaced by wide, distant ones, and the floor that
-    hides from the camera is left out: less noise in small pictures of a few samples. None once `should_stop`, which is
+    In a studio, where Blender's previews are taken, the floor that hides from the camera is left out: less noise in
+    small pictures of a few samples. None once `should_stop`, which is
     asked before each object, says so.
     """
     reader = _SceneReader(depsgraph, camera, reporter, studio)
@@ -50,10 +51,10 @@ class _SceneReader:
         self._data = SceneData(camera=camera)
         self._meshes: dict[int, tuple[int, list] | None] = {}
         self._materials = MaterialTable(reporter)
-        self._unseen_lamps: list[str] = []
         self._without_faces: set[str] = set()
         self._instancers: set[str] = set()
         self._empty_slot: int | None = None
+        self._linking = LightLinking(depsgraph.objects, reporter)
         if self._view_layer.use_sky:
             self._materials.set_world(self._view_layer_world(depsgraph.scene_eval))
 
@@ -78,9 +79,6 @@ class _SceneReader:
             self._add_geometry(instance, matrix)
 
     def finish(self) -> SceneData:
-        if self._unseen_lamps:
-            names = ", ".join(f"'{name}'" for name in self._unseen_lamps)
-            self._reporter.warn(f"These lamps have no size, so no ray can find them yet; give them one: {names}")
         for name in sorted(self._without_faces - self._instancers):
             self._reporter.warn(f"Object '{name}' has no faces, so there is nothing to see of it")
         self._data.images = self._materials.images
@@ -115,6 +113,7 @@ class _SceneReader:
                 return
             data, matrix = mesh.flattened(data, matrix)
             index = self._append_mesh(data)
+        receiver_set, blocker_set = self._linking.sets_of(obj)
         self._data.instances.append(
             InstanceData(
                 name=obj.name,
@@ -125,6 +124,9 @@ class _SceneReader:
                 object_index=float(obj.pass_index),
                 color=tuple(obj.color),
                 random=_random_number(instance),
+                influence=self._linking.influence(obj),
+                receiver_set=receiver_set,
+                blocker_set=blocker_set,
             )
         )
 
@@ -184,34 +186,42 @@ class _SceneReader:
 
     def _add_light(self, obj: bpy.types.Object, parent: bpy.types.Object | None, matrix: np.ndarray) -> None:
         lamp = obj.data
-        visibility = self._visibility(obj, parent)
-        if light.needs_light_sampling(lamp):
-            self._unseen_lamps.append(obj.name)
-        elif self._studio and lamp.type == "AREA":
-            self._data.suns.append(light.read_distant(lamp, matrix, self._reporter))
-        elif lamp.type == "SUN":
-            sun = light.read_sun(lamp, matrix, self._reporter)
-            sun.visibility = visibility & Visibility.ALL
+        if lamp.type == "AREA" and lamp.cycles.is_portal:  # helps Cycles to find the sky, and is no light
+            return
+        visibility = self._visibility(obj, parent) & Visibility.ALL
+        influence = self._linking.influence(obj)._replace(max_bounces=lamp.cycles.max_bounces)
+        if not lamp.use_shadow:
+            influence = influence._replace(blockers=0)
+        if lamp.type == "SUN":
+            sun = light.read_sun(lamp, matrix, self._materials, self._reporter)
+            sun.visibility, sun.influence = visibility, influence
             self._data.suns.append(sun)
+            return
+        axes = light.lamp_axes(lamp, matrix)
+        point = light.is_point(lamp)
+        shape = None if axes is None or point else light.read_shape(lamp, axes)
+        if shape is None and not point:
+            self._reporter.warn(f"Light '{obj.name}' has zero size; it is not rendered")
+            return
+        material = light.read_material(lamp, axes, self._materials, self._reporter)
+        if point:
+            self._data.lamps.append(LampData(obj.name, axes, material, visibility, influence))
         else:
-            shape = light.read_shape(lamp, matrix, self._reporter)
-            if shape is None:
-                self._reporter.warn(f"Light '{obj.name}' has zero size; it is not rendered")
-                return
             self._data.instances.append(
                 InstanceData(
                     name=obj.name,
                     mesh=self._append_mesh(shape.mesh),
-                    world_from_mesh=shape.world_from_mesh,
-                    materials=(self._materials.emission(shape.radiance),),
-                    visibility=visibility,
+                    world_from_mesh=axes,
+                    materials=(material,),
+                    visibility=visibility | Visibility.IMMATERIAL,
                     one_sided=shape.one_sided,
+                    influence=influence,
                 )
             )
 
     def _visibility(self, obj: bpy.types.Object, parent: bpy.types.Object | None) -> int:
         """Visibility bits of an object; an instance is also hidden from what its instancer is hidden from."""
-        bits = Visibility.ALL
+        bits, shadow = Visibility.ALL, 0
         for owner in (obj, parent) if parent else (obj,):
             bits &= (
                 Visibility.CAMERA * owner.visible_camera
@@ -219,12 +229,14 @@ class _SceneReader:
                 | Visibility.GLOSSY * owner.visible_glossy
                 | Visibility.TRANSMISSION * owner.visible_transmission
             )
+            if not owner.visible_shadow:
+                shadow = Visibility.SHADOWLESS
         placed = parent or obj  # what is in a collection of the view layer
         if placed.indirect_only_get(view_layer=self._view_layer):
             bits &= ~Visibility.CAMERA
         if obj.is_holdout or placed.holdout_get(view_layer=self._view_layer):
             bits |= Visibility.HOLDOUT
-        return bits
+        return bits | shadow
 
 
 def _is_scattered(instance: bpy.types.DepsgraphObjectInstance) -> bool:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from bentlight_native import EVERYONE, Influence
 
 
 class Visibility:
@@ -21,6 +22,8 @@ class Visibility:
     TRANSMISSION = 8
     ALL = 15
     HOLDOUT = 16  # the camera sees a hole in the picture
+    SHADOWLESS = 32  # casts no shadow
+    IMMATERIAL = 128  # sends light along rays, and lets them pass: a lamp
 
 
 @dataclass
@@ -48,16 +51,31 @@ class InstanceData:
     one_sided: bool = False
     color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)  # RGB and alpha, for materials that ask
     random: float = 0.0  # in [0, 1], likewise
+    influence: Influence = EVERYONE  # of its own light
+    receiver_set: int = 0  # by which the influence of others names it, as by the next
+    blocker_set: int = 0
+
+
+@dataclass
+class LampData:
+    """A point of light."""
+
+    name: str  # of the object, for messages
+    world_from_lamp: np.ndarray
+    material: int
+    visibility: int = Visibility.ALL
+    influence: Influence = EVERYONE
 
 
 @dataclass
 class SunData:
-    """A disk in the sky."""
+    """A disk in the sky, or a point of it."""
 
     direction: tuple[float, float, float]  # unit, towards the sun
-    radiance: tuple[float, float, float]
-    angle: float  # diameter, radians, > 0
+    radiance: tuple[float, float, float]  # of a point: irradiance of what faces it
+    angle: float  # diameter, radians
     visibility: int = Visibility.ALL
+    influence: Influence = EVERYONE
 
 
 @dataclass
@@ -113,6 +131,7 @@ class SceneData:
     meshes: list[MeshData] = field(default_factory=list)
     instances: list[InstanceData] = field(default_factory=list)
     suns: list[SunData] = field(default_factory=list)
+    lamps: list[LampData] = field(default_factory=list)
     spacetimes: list[SpacetimeData] = field(default_factory=list)
     images: list[Any] = field(default_factory=list)
     materials: list[Any] = field(default_factory=list)

@@ -56,8 +56,9 @@ class Scope:
 
 @dataclass
 class Compiler:
-    """One material or world on its way to a program. `owner` names it in warnings, as in "Material 'Wall'";
-    `version` is Blender's: some nodes have changed."""
+    """One material, world or lamp on its way to a program. `owner` names it in warnings, as in "Material 'Wall'";
+    `version` is Blender's: some nodes have changed. `coordinates`: by kind, what makes those that a lamp has instead of
+    the core's."""
 
     owner: str
     images: ImageTable
@@ -66,6 +67,7 @@ class Compiler:
     builder: ProgramBuilder = field(default_factory=ProgramBuilder)
     warnings: list[str] = field(default_factory=list)
     uv_maps: set[str] = field(default_factory=set)  # that nodes ask for by name
+    coordinates: dict[str, Callable[[], int]] = field(default_factory=dict)
     _weights: dict[tuple, int] = field(default_factory=dict)  # of shader nodes that are still to be emitted
     _values: dict[tuple, Outputs] = field(default_factory=dict)
     _entered: list[tuple] = field(default_factory=list)
@@ -87,10 +89,10 @@ class Compiler:
         """An instruction; its first output."""
         return (*self.builder.emit(operation, *operands, immediates=immediates), 0)[0]
 
-    def surface(self, socket: Any) -> None:
-        """Emits what is linked to the surface input of a material or world. Each shader node comes once, with the sum
-        of the weights of all ways that lead to it, so that a program is never longer than its tree."""
-        self.shade(Scope(), socket, self.builder.constant(1.0))
+    def surface(self, socket: Any, weight: int | None = None) -> None:
+        """Emits what is linked to a surface input, times the operand `weight` (None: 1). Each shader node comes once,
+        with the sum of the weights of all ways that lead to it, so that a program is never longer than its tree."""
+        self.shade(Scope(), socket, self.builder.constant(1.0) if weight is None else weight)
         for source in shaders_behind(Scope(), socket):
             weight = self._weights.pop(source.key, None)
             function = SHADER_NODES.get(source.node.bl_idname, self._unsupported_shader)
@@ -183,8 +185,9 @@ class NodeView:
         return self.compiler.builder.constant(value)
 
     def coordinate(self, kind: str) -> int:
-        """One of the core's coordinates of the point."""
-        return self.emit("coordinate", immediates=(kind,))
+        """One of the core's coordinates of the point, or what stands for it on a lamp."""
+        instead = self.compiler.coordinates.get(kind)
+        return instead() if instead else self.emit("coordinate", immediates=(kind,))
 
     def emit(self, operation: str, *operands: int, immediates: tuple = ()) -> int:
         """An instruction; its first output, which the others follow."""

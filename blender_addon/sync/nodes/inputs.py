@@ -32,6 +32,12 @@ def _layer_weight(node: NodeView) -> Outputs:
     return {"Fresnel": fresnel, "Facing": fresnel + 1}
 
 
+@value_node("ShaderNodeLightFalloff")
+def _light_falloff(node: NodeView) -> Outputs:
+    quadratic = node.emit("light_falloff", node.input("Strength"), node.input("Smooth"))
+    return {"Quadratic": quadratic, "Linear": quadratic + 1, "Constant": quadratic + 2}
+
+
 def _linked_coordinates(node: NodeView, kinds: dict[str, str]) -> Outputs:
     """A coordinate for each output, by identifier, that is linked."""
     linked = {socket.identifier for socket in node.node.outputs if socket.is_linked}

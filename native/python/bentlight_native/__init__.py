@@ -8,7 +8,7 @@ from ._core import Cancelled, Progress, Spacetime, contains, instruction_set, la
 from .connect import CONNECTION_STATES, connect, connect_sky
 from .embree import embree_version, load_embree
 from .exr import ExrError
-from .influence import Influence
+from .influence import EVERYONE, Influence
 from .kerr_map import KerrMap
 from .program import OPERATIONS, Program, ProgramBuilder
 from .render import CHANNELS, RenderSettings, RenderStatistics
@@ -20,6 +20,7 @@ from .trace import FATES, ray_path, trace_rays
 __all__ = [
     "CHANNELS",
     "CONNECTION_STATES",
+    "EVERYONE",
     "FATES",
     "OPERATIONS",
     "Cancelled",

@@ -9,7 +9,7 @@ import numpy as np
 
 from . import _core
 from .embree import load_embree
-from .influence import Influence
+from .influence import EVERYONE, Influence
 
 VISIBLE_CAMERA, VISIBLE_DIFFUSE, VISIBLE_GLOSSY, VISIBLE_TRANSMISSION = 1, 2, 4, 8
 VISIBLE_ALL = 15
@@ -65,7 +65,7 @@ class GeometryMethods:
         one_sided: bool = False,
         color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0),
         random: float = 0.0,
-        influence: Influence = Influence(),  # noqa: B008 (a constant)
+        influence: Influence = EVERYONE,
         receiver_set: int = 0,
         blocker_set: int = 0,
     ) -> int:

@@ -17,6 +17,10 @@ class Influence(NamedTuple):
     max_bounces: int = 2**32 - 1
 
 
+EVERYONE = Influence()
+"""The influence of a light without limits."""
+
+
 def influences(value: Influence | Sequence[Influence], count: int) -> list[Influence]:
     """One for each of `count` emitters. ValueError if `value` is a list of another length."""
     given = [value] * count if isinstance(value, Influence) else list(value)

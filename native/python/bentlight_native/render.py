@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from .influence import Influence, influences
+from .influence import EVERYONE, Influence, influences
 
 
 class Channel(NamedTuple):
@@ -187,7 +187,7 @@ class RenderMethods:
         radiance: ArrayLike,
         angle: ArrayLike,
         visibility: ArrayLike = 15,
-        influence: Influence | Sequence[Influence] = Influence(),  # noqa: B008 (a constant)
+        influence: Influence | Sequence[Influence] = EVERYONE,
     ) -> None:
         """Replace all suns, disks of even radiance on the asymptotic sky; visible after commit().
 
@@ -212,7 +212,7 @@ class RenderMethods:
         world_from_lamp: ArrayLike,
         materials: ArrayLike,
         visibility: ArrayLike = 15,
-        influence: Influence | Sequence[Influence] = Influence(),  # noqa: B008 (a constant)
+        influence: Influence | Sequence[Influence] = EVERYONE,
     ) -> None:
         """Replace all lamps, points of light that only connections find; visible after commit().
 

@@ -86,6 +86,21 @@ static int material_of(const geometry *g, const instance *i, size_t triangle)
   return slot < i->material_count ? i->materials[slot] : -1;
 }
 
+/* The brightest that a triangle is to the side of `normal` in any of the directions of a cube around the axes of its
+ * instance, among which is the beam of a lamp. */
+static double beam_brightness(const bent_scene *scene, int instance, int triangle, vec3 at, vec3 normal, double distance)
+{
+  double most = 0;
+  for (int i = 0; i < 27; i++) {
+    const vec3 own = v3(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+    const vec3 out = v3_normalize(mat4_vector(&scene->geometry->instances[instance].world_from_mesh, own));
+    if (i == 13 || !(v3_dot(out, normal) > 0)) continue;
+    most = max2(most, brightness(radiance_at(scene, instance, triangle, PROBES[0], at, v3_mad(out, distance, at),
+                                             v3_scale(out, -1))));
+  }
+  return most;
+}
+
 /* Adds a triangle if it shines to who stands `distance` away; returns 0 only when out of memory. */
 static int add_triangle(lights *l, const bent_scene *scene, int instance, int triangle, double distance)
 {
@@ -101,7 +116,12 @@ static int add_triangle(lights *l, const bent_scene *scene, int instance, int tr
     front += brightness(radiance_at(scene, instance, triangle, PROBES[i], at, above, v3_scale(normal, -1))) / 4;
     back += brightness(radiance_at(scene, instance, triangle, PROBES[i], at, below, normal)) / 4;
   }
-  if (!(front + back > 0)) return 1;
+  if (!(front + back > 0) || scene->geometry->instances[instance].visibility & BENT_IMMATERIAL) {
+    const vec3 at = triangle_at(corner, PROBES[0]);
+    front = max2(front, beam_brightness(scene, instance, triangle, at, normal, distance));
+    back = max2(back, beam_brightness(scene, instance, triangle, at, v3_scale(normal, -1), distance));
+    if (!(front + back > 0)) return 1;
+  }
   light_cluster c = {.low = corner[0], .high = corner[0], .power = max2(front, back) * size,
                      .axis = front > 0 ? normal : v3_scale(normal, -1), .cos_normals = front > 0 && back > 0 ? -1 : 1};
   for (int i = 1; i < 3; i++) {
