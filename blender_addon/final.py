@@ -98,6 +98,7 @@ def render_settings(
         ),
         film_transparent=render.film_transparent,
         clamp_indirect=user.clamp_indirect,
+        light_sampling=user.light_sampling,
         light_threshold=user.light_threshold,
     )
 
@@ -128,7 +129,6 @@ class _ViewRender:
             self._engine.active_view_set(self._view)
         self._engine.update_stats("", "Reading the scene")
         self._add_passes()
-        # Blender lights its previews by small lamps, which scattering alone finds too rarely.
         studio, should_stop = self._engine.is_preview, self._engine.test_break
         data = read_scene(self._depsgraph, self._read_camera(), self._reporter, studio, should_stop)
         native = self._build(data) if data else None

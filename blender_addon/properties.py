@@ -66,6 +66,34 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
         step=0.01,
         subtype="NONE",
     )
+    light_sampling: EnumProperty(
+        name="Light Sampling",
+        description=(
+            "How light finds its way from lamps, shining objects and the sky. What is rendered is the same, "
+            "with more noise or less"
+        ),
+        items=[
+            (
+                "BOTH",
+                "Both",
+                "Surfaces aim at lights along every bent ray that leads there, and what scattered rays happen to meet "
+                "counts too; each where it is better",
+            ),
+            (
+                "SCATTERING",
+                "Scattering",
+                "Only what scattered rays happen to meet: noisy where lamps are small, and lamps without size give no "
+                "light. For comparison",
+            ),
+            (
+                "CONNECTIONS",
+                "Connections",
+                "Only what surfaces aim at, where such rays are known: noisy in mirrors that are nearly smooth. "
+                "For comparison",
+            ),
+        ],
+        default="BOTH",
+    )
     max_bounces: IntProperty(
         name="Max Bounces",
         description="How often light may be scattered on its way to the camera; 0 shows only what shines by itself",

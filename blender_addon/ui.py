@@ -44,6 +44,7 @@ class BENTLIGHT_PT_sampling(_Panel, bpy.types.Panel):
         least.active = settings.use_adaptive_sampling
         least.prop(settings, "adaptive_min_samples")
         column.prop(settings, "tolerance")
+        column.prop(settings, "light_sampling")
         column.prop(settings, "light_threshold")
         self.layout.prop(settings, "seed")
 
@@ -149,6 +150,7 @@ class BENTLIGHT_PT_ray_visibility(_Panel, bpy.types.Panel):
             ("visible_diffuse", "Diffuse"),
             ("visible_glossy", "Glossy"),
             ("visible_transmission", "Transmission"),
+            ("visible_shadow", "Shadow"),
         ):
             column.prop(context.object, name, text=text)
         column.prop(context.object, "is_holdout")

@@ -64,7 +64,7 @@ def build_tiles(names) -> None:
     """Squares of size 1 side by side, the middle one at the origin."""
     scene = bpy.context.scene
     scene.render.resolution_x, scene.render.resolution_y = HEIGHT * len(names), HEIGHT
-    scene.cycles.blur_glossy = scene.cycles.light_sampling_threshold = 0.0
+    scene.cycles.blur_glossy = scene.cycles.light_sampling_threshold = scene.bentlight.light_threshold = 0.0
     scene.bentlight.max_bounces = 2
     stage.set_world((0, 0, 0))
     stage.add_camera((0, 0, 8), type="ORTHO", ortho_scale=len(names))
