@@ -12,6 +12,7 @@ from pathlib import Path
 
 import bench_connect
 import bench_intersect
+import bench_lights
 import bench_room
 import bench_table
 import bench_trace
@@ -107,6 +108,24 @@ def room_section(times: bench_room.RoomTimes) -> str:
     )
 
 
+def lights_section(results: list[bench_lights.Efficiency]) -> str:
+    """What each way to find light costs to a given error, beside chance (or Bentlight beside Cycles)."""
+    first = {}
+    rows = []
+    for each in results:
+        reference = first.setdefault(each.room, each)
+        gain = f"{reference.cost / each.cost:.3g}"
+        error = f"{each.error2**0.5:.4f}"
+        rows.append([each.room, each.way.lower(), each.samples, f"{each.seconds:.2f}", error, gain])
+    width, height = bench_lights.RESOLUTION
+    return (
+        f"## Noise against time, {width} x {height}\n\nThe error is the root of the mean squared deviation from the "
+        "expected picture, told from pictures of several seeds. The last column: how many times lower the mean squared "
+        "error is in the same time than in the room's first line.\n\n"
+        + table(["room", "light by", "samples", "seconds", "error", "gain at equal time"], rows)
+    )
+
+
 def main() -> None:
     """Measures and writes."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -128,6 +147,8 @@ def main() -> None:
     log.info("room")
     os.sched_setaffinity(0, cores)
     sections.append(room_section(bench_room.measure()))
+    log.info("lights")
+    sections.append(lights_section(bench_lights.measure_all()))
 
     args.output.mkdir(parents=True, exist_ok=True)
     head = f"# Bentlight, measured\n\n{date.today()}, {processor()}, {bentlight_native.instruction_set()}.\n"

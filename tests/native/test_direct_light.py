@@ -4,7 +4,7 @@ scattered rays find by chance, and the draws themselves."""
 import meshes
 import numpy as np
 import pytest
-from bentlight_native import Influence, ProgramBuilder, Spacetime
+from bentlight_native import Influence, ProgramBuilder, Spacetime, connect_sky
 from scenes import (
     add,
     diffuse,
@@ -206,6 +206,23 @@ def test_patch_near_a_hole_under_an_even_sky(factor):
         exact = share if factor < 3 else 1 - share
         # from the third image on, connections are cut at a share of 1e-4
         assert abs(z_score(values, exact)) < 4 or abs(values.mean() - exact) < 1e-4, sampling
+
+
+@pytest.mark.parametrize("radius", [1.2, 2.0, 5.0, 50.0])
+def test_images_of_a_lamp_keep_its_energy(radius):
+    """A lamp's light that all places of the sky receive by all images together is what does not fall into the hole: the
+    integral of the sum of 1 / spread over the sky is 4 pi less the shadow's solid angle (Synge 1966)."""
+    mass = 0.5
+    r = areal_radius(radius, mass)
+    edge = np.arcsin(shadow_sine(r, mass))
+    edge = edge if r > 3 * mass else np.pi - edge
+    x, weight = np.polynomial.legendre.leggauss(200)
+    angle = (x + 1) * np.pi / 2
+    sky = np.stack([np.sin(angle), 0 * angle, np.cos(angle)], axis=1)
+    places = np.tile([0, 0, radius], (len(angle), 1))
+    images = connect_sky(Spacetime.schwarzschild(mass), places, sky, max_images=8, tolerance=1e-10)
+    received = (2 * np.pi * np.sin(angle) * np.nansum(1 / images["spread"], axis=1) * weight).sum() * np.pi / 2
+    assert received == pytest.approx(4 * np.pi - 2 * np.pi * (1 - np.cos(edge)), rel=1e-9)
 
 
 # ---- Against chance ----
