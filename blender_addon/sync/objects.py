@@ -186,7 +186,13 @@ class _SceneReader:
 
     def _add_light(self, obj: bpy.types.Object, parent: bpy.types.Object | None, matrix: np.ndarray) -> None:
         lamp = obj.data
-        if lamp.type == "AREA" and lamp.cycles.is_portal:  # helps Cycles to find the sky, and is no light
+        if not np.isfinite(lamp.energy * 2.0**lamp.exposure):
+            raise RenderError(f"Light '{obj.name}': its power is not finite")
+        is_portal = lamp.type == "AREA" and lamp.cycles.is_portal  # which helps Cycles, and is no light
+        if lamp.energy == 0 or is_portal:
+            return
+        if lamp.energy < 0:
+            self._reporter.warn(f"Light '{obj.name}' has negative power, which is not supported; it gives no light")
             return
         visibility = self._visibility(obj, parent) & Visibility.ALL
         influence = self._linking.influence(obj)._replace(max_bounces=lamp.cycles.max_bounces)

@@ -8,6 +8,7 @@ import bpy
 import common
 import einstein_ring
 import flat
+import lamps
 import numpy as np
 import objects
 import pytest
@@ -21,7 +22,14 @@ RENDER = Path(common.__file__).with_name("render.py")
 
 @pytest.mark.parametrize(
     ("example", "lit"),  # the share of pixels that any of four paths must light
-    [(room_schwarzschild, 0.5), (room_kerr, 0.5), (room_wormhole, 0.4), (flat, 0.25), (einstein_ring, 0.003)],
+    [
+        (room_schwarzschild, 0.5),
+        (room_kerr, 0.5),
+        (room_wormhole, 0.4),
+        (lamps, 0.7),
+        (flat, 0.25),
+        (einstein_ring, 0.003),
+    ],
 )
 def test_example_renders(example, lit):
     scene = example.build()

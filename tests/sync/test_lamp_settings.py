@@ -265,6 +265,45 @@ def test_portals_give_no_light(tmp_path):
     assert (stage.render(tmp_path)["Combined"][..., :3] == 0).all()
 
 
+@pytest.mark.parametrize("radius", [0.0, 0.5])
+@pytest.mark.parametrize("scale", [(0, 0, 0), (1, 1, 0), (-1e-3, 1e-3, 1e-3)])
+def test_a_point_shines_however_its_object_is_scaled(scale, radius, tmp_path):
+    wall()
+    lamp = stand()
+    lamp.scale = scale
+    if radius:  # itself, as a sphere
+        lamp.location, lamp.data.shadow_soft_size, lamp.data.use_soft_falloff = (0.3, 0.2, 0.6), radius, False
+        bpy.data.objects["Wall"].hide_render = True
+        theirs, ours = cycles_pictures.point_pictures(tmp_path)
+        assert theirs.max() > 1 and differing(theirs, ours).sum() <= 6  # the rim is a polygon's
+    else:
+        agree(tmp_path)
+
+
+@pytest.mark.parametrize(("settings", "scale"), [({}, (1, 0, 1)), ({}, (1, 1, 0)), ({"size": 0.0}, (1, 1, 1))])
+def test_an_area_light_without_an_area_is_dark(settings, scale, capfd, tmp_path):
+    wall()
+    stand("AREA", **settings).scale = scale
+    assert (stage.render(tmp_path)["Combined"][..., :3] == 0).all()
+    assert "zero size" in "".join(capfd.readouterr())
+
+
+@pytest.mark.parametrize(("energy", "warns"), [(0.0, False), (-5.0, True)])
+@pytest.mark.parametrize("kind", ["POINT", "SPOT", "SUN", "AREA"])
+def test_power_that_is_none(kind, energy, warns, capfd, tmp_path):
+    wall()
+    stand(kind).data.energy = energy
+    assert (stage.render(tmp_path)["Combined"][..., :3] == 0).all()
+    assert ("negative" in "".join(capfd.readouterr())) == warns
+
+
+@pytest.mark.parametrize("energy", [float("inf"), float("nan")])
+def test_power_that_is_not_finite_is_an_error(energy, tmp_path):
+    stand().data.energy = energy
+    with pytest.raises(RuntimeError, match="'Point': its power is not finite"):
+        stage.render(tmp_path)
+
+
 # ---- The engine's setting ----
 
 
