@@ -97,6 +97,7 @@ def render_settings(
             max(_FILTER_SUPPORT[user.pixel_filter] * render.filter_size, _FILTER_WIDTHS[0]), _FILTER_WIDTHS[1]
         ),
         film_transparent=render.film_transparent,
+        clamp_direct=user.clamp_direct,
         clamp_indirect=user.clamp_indirect,
         light_sampling=user.light_sampling,
         light_threshold=user.light_threshold,

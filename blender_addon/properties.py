@@ -110,6 +110,13 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
         soft_max=32,
         default=8,
     )
+    clamp_direct: FloatProperty(
+        name="Clamp Direct",
+        description="Brightest light that a path may bring by its first bounce: less noise, but darker. 0: off",
+        min=0.0,
+        soft_max=100.0,
+        default=0.0,
+    )
     clamp_indirect: FloatProperty(
         name="Clamp Indirect",
         description="Brightest light that a path may bring after its first bounce: less noise, but darker. 0: off",

@@ -61,7 +61,9 @@ class BENTLIGHT_PT_light_paths(_Panel, bpy.types.Panel):
         column = self.column()
         column.prop(settings, "max_bounces")
         column.prop(settings, "transparent_bounces")
-        self.layout.prop(settings, "clamp_indirect")
+        clamp = self.column()
+        clamp.prop(settings, "clamp_direct")
+        clamp.prop(settings, "clamp_indirect")
 
 
 class BENTLIGHT_PT_film(_Panel, bpy.types.Panel):

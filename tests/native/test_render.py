@@ -159,6 +159,8 @@ def test_progress_counts_samples(room):
         ({"filter_width": 0.0}, "filter_width"),
         ({"filter_width": float("inf")}, "filter_width"),
         ({"clamp_indirect": -1.0}, "clamp_indirect"),
+        ({"clamp_direct": -1.0}, "clamp_direct"),
+        ({"light_threshold": -0.1}, "light_threshold"),
         ({"clamp_indirect": float("nan")}, "clamp_indirect"),
         ({"alpha_threshold": 1.5}, "alpha_threshold"),
     ],

@@ -85,6 +85,14 @@ def test_bounces_are_counted_as_cycles_does(bounces, limit):
         assert abs(z_score(values, 1 - 0.5 ** (bounces + 2))) < 4, sampling
 
 
+def test_clamp_direct():
+    """Light seen directly or scattered once is cut, the rest is not: min(2^-k, 0.3) for k = 1, 2, then 2^-k."""
+    scene = inside_sphere(diffuse(GRAY), emission(GRAY))
+    scene.commit()
+    channels, _ = render(scene, samples=2, max_bounces=3, clamp_direct=0.3, roulette_start=9, **BY_CHANCE)
+    assert channels["combined"][..., 0] == pytest.approx(0.3 + 0.25 + 2**-3 + 2**-4 + 2**-5, rel=1e-6)
+
+
 def test_clamp_indirect():
     """Contributions after the second scattering are cut: 1/2 + 1/4 + 3 times min(2^-k, 0.05), k = 3, 4, 5."""
     scene = inside_sphere(diffuse(GRAY), emission(GRAY))

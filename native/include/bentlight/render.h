@@ -88,7 +88,8 @@ typedef struct bent_render_settings {
   bent_filter_kind filter;
   double filter_width;       /* full support in pixels, in [0.01, 30]; the box is always one pixel wide */
   int film_transparent;      /* the sky seen by the camera has alpha 0 and no color in `combined` */
-  double clamp_indirect;     /* largest contribution (mean of RGB) of a path after its second scattering; 0: off */
+  double clamp_direct;       /* largest contribution (mean of RGB) of light scattered once at most; 0: off */
+  double clamp_indirect;     /* the same of light scattered more often */
   bent_light_sampling light_sampling;
   double light_threshold;    /* connections that would bring a sample less than this are traced by chance only; 0: all */
   double alpha_threshold;    /* surfaces less opaque than this are not described by depth, position and normal */

@@ -45,7 +45,8 @@ class RenderSettings:
         ten times as much after a diffuse scattering.
     filter: 'BLACKMAN_HARRIS', 'GAUSSIAN' or 'BOX' (one pixel wide); filter_width: its full support, pixels.
     film_transparent: the sky that the camera sees has alpha 0 and no color in `combined`.
-    clamp_indirect: largest contribution (mean of RGB) of a path after its second scattering; 0 is off.
+    clamp_direct, clamp_indirect: largest contribution (mean of RGB) of light that was scattered once at most, and of
+        light that was scattered more often; 0 is off.
     light_sampling: how lights are found. 'SCATTERING': by scattered rays that happen to meet them; 'CONNECTIONS': by
         rays that join a point on a light with the surface, where they are known; 'BOTH': each where it is better. The
         mean of a picture is the same, except that lamps and suns without size need connections.
@@ -71,6 +72,7 @@ class RenderSettings:
     filter: str = "BLACKMAN_HARRIS"
     filter_width: float = 3.0
     film_transparent: bool = False
+    clamp_direct: float = 0.0
     clamp_indirect: float = 0.0
     light_sampling: str = "BOTH"
     light_threshold: float = 0.01

@@ -128,8 +128,9 @@ static int start(const tracer *t, const pixel_sample *wanted, path *p, bent_ray 
 
 vec3 path_limited(const tracer *t, uint32_t bounces, vec3 contribution)
 {
-  const double limit = 3 * t->settings->clamp_indirect, sum = contribution.x + contribution.y + contribution.z;
-  return bounces > 1 && limit > 0 && sum > limit ? v3_scale(contribution, limit / sum) : contribution;
+  const double limit = 3 * (bounces > 1 ? t->settings->clamp_indirect : t->settings->clamp_direct);
+  const double sum = contribution.x + contribution.y + contribution.z;
+  return limit > 0 && sum > limit ? v3_scale(contribution, limit / sum) : contribution;
 }
 
 /* The ray escaped: sky and suns. One sky surrounds both sides of a wormhole that has no exit. */

@@ -90,7 +90,7 @@ void path_set_ray(const tracer *t, bent_ray *ray, vec3 origin, vec3 direction, c
 /* Intersects n rays, some at a time: looks for a cancel in between. */
 bent_status path_intersect(const tracer *t, int n, const bent_ray *rays, bent_hit *hits, bent_progress *progress,
                            bent_error *error);
-/* What a contribution to the picture counts, limited if its light was scattered more than once (Cycles: clamp indirect). */
+/* What a contribution to the picture counts after so many scatterings: limited by Cycles' clamp direct or indirect. */
 vec3 path_limited(const tracer *t, uint32_t bounces, vec3 contribution);
 void tracer_init(tracer *tracer, const bent_scene *scene, const bent_render_settings *settings);
 /* Traces `count` <= capacity pixel samples to their ends; records[i] is the answer to wanted[i] and depends on nothing

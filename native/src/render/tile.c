@@ -29,9 +29,9 @@ static bent_status check(const bent_scene *scene, const bent_render_settings *s,
   if (!(s->filter_width >= 0.01 && s->filter_width <= 30))
     return bent_fail(error, BENT_ERROR_ARGUMENT, "render: filter_width must lie in [0.01, 30] pixels, got %g",
                      s->filter_width);
-  if (!(s->clamp_indirect >= 0))
-    return bent_fail(error, BENT_ERROR_ARGUMENT, "render: clamp_indirect must not be negative, got %g",
-                     s->clamp_indirect);
+  if (!(s->clamp_direct >= 0 && s->clamp_indirect >= 0))
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "render: clamp_direct and clamp_indirect must not be negative, got %g, %g",
+                     s->clamp_direct, s->clamp_indirect);
   if (!(s->noise_threshold >= 0) || s->min_samples < 2)
     return bent_fail(error, BENT_ERROR_ARGUMENT,
                      "render: noise_threshold must not be negative and min_samples at least 2, got %g and %u",
