@@ -183,7 +183,9 @@ class _ViewRender:
         threads = self._scene.render.threads
         channels = [item.channel for item in self._passes]
         settings = render_settings(self._scene, self._view_layer, self._engine.is_preview)
-        session = Session(native, settings, self._tiles(threads, settings.sample_count), channels, threads)
+        tiles = self._tiles(threads, settings.sample_count)
+        limit = 0.0 if self._engine.is_preview else self._scene.bentlight.time_limit
+        session = Session(native, settings, tiles, channels, threads, limit)
         written = False
         for finished in session.finished(_POLL):
             if finished:

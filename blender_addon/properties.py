@@ -46,6 +46,18 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
         max=4096,
         default=0,
     )
+    time_limit: FloatProperty(
+        name="Time Limit",
+        description=(
+            "Stop taking samples after this time. The picture is whole, with about as many samples everywhere: the "
+            "noise threshold is not looked at. 0: no limit"
+        ),
+        min=0.0,
+        default=0.0,
+        step=100,
+        subtype="TIME_ABSOLUTE",
+        unit="TIME_ABSOLUTE",
+    )
     seed: IntProperty(
         name="Seed",
         description="Another seed gives another pattern of noise",

@@ -20,7 +20,7 @@ CENTER = (0.0, 0.0, 1.65)
 
 def build(spin: float = 0.0, stones: bool = True) -> bpy.types.Scene:
     """Makes the scene in the current file and returns it. spin: a/M of the hole; stones: whether some float there."""
-    scene = common.new_scene(samples=128)
+    scene = common.new_scene(samples=64)
     scene.bentlight.max_bounces = 8
     build_room()
     build_furniture()

@@ -1,5 +1,7 @@
 """A final render by our engine as Blender delivers it: the part of the image asked for, layers, film, frames."""
 
+import time
+
 import bpy
 import numpy as np
 import pytest
@@ -302,6 +304,16 @@ def test_settings_reach_the_native_renderer():
     assert final.render_settings(scene, layer, is_preview=False).noise_threshold == 0
     layer.samples = 9
     assert final.render_settings(scene, layer, is_preview=False).sample_count == 9
+
+
+def test_a_time_limit_ends_a_render(tmp_path):
+    scene = simple_scene()
+    scene.bentlight.samples, scene.bentlight.use_adaptive_sampling = 1 << 22, False
+    scene.bentlight.time_limit = 0.5
+    start = time.monotonic()
+    picture = stage.render(tmp_path)
+    assert time.monotonic() - start < 5
+    assert (picture["Combined"][..., :3].max(axis=-1) > 0).sum() > 40 * 60  # all tiles; the hole is black
 
 
 def test_a_preview_of_a_material_is_quick():

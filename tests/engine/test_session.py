@@ -7,7 +7,7 @@ import bentlight_native
 import numpy as np
 import pytest
 
-from blender_addon.session import Session, Tile, spiral_tiles
+from blender_addon.session import Session, Tile, sample_rounds, spiral_tiles
 
 
 @pytest.mark.parametrize("region", [(0, 0, 64, 48), (5, 7, 33, 17), (0, 0, 1, 1), (3, 0, 100, 1)])
@@ -75,6 +75,41 @@ def test_a_cancel_stops_within_0_3_seconds_and_keeps_what_is_done(after):
     if after:
         assert results
     assert not [thread for thread in threading.enumerate() if thread.name.startswith("bentlight")]
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 16, 40, 100])
+def test_rounds_take_every_sample_once(count):
+    rounds = list(sample_rounds(count))
+    assert [k for first, size in rounds for k in range(first, first + size)] == list(range(count))
+    assert max(size for _, size in rounds) <= 16 and rounds[0] == (0, 1)
+
+
+def test_rounds_add_up_to_the_whole():
+    """All rounds of all tiles, on threads that end them in any order, against one call."""
+    names = ["combined", "depth", "normal", "error", "winding", "fate"]
+    tiles, wanted = spiral_tiles(0, 0, 64, 64, 16), settings(sample_count=24)
+    session = Session(glowing_scene(), wanted, tiles, names, threads=3, time_limit=1000.0)
+    last = {result.tile: result for result in session.finished(0.05) if result}
+    (whole,) = [r for r in Session(glowing_scene(), wanted, [Tile(0, 0, 64, 64)], names, threads=1).finished(1) if r]
+    for tile, result in last.items():
+        place = np.s_[tile.y : tile.y + tile.height, tile.x : tile.x + tile.width]
+        for name in (*names, "sample_count"):
+            np.testing.assert_allclose(
+                result.channels[name], whole.channels[name][place], rtol=1e-5, atol=1e-6, err_msg=name
+            )
+
+
+def test_a_time_limit_ends_the_render_with_a_whole_picture():
+    """The limit is over before the first tile is done: one sample everywhere; a longer one: more, and in time."""
+    tiles, wanted = spiral_tiles(0, 0, 64, 64, 16), settings(sample_count=1 << 20, max_bounces=64)
+    for limit, least in [(1e-9, 1), (0.5, 2)]:
+        start = time.monotonic()
+        session = Session(glowing_scene(), wanted, tiles, ["combined"], threads=2, time_limit=limit)
+        last = {result.tile: result for result in session.finished(0.05) if result}
+        assert set(last) == set(tiles) and session.fraction == 1
+        counts = [result.channels["sample_count"] for result in last.values()]
+        assert min(c.min() for c in counts) >= least and (limit > 0.1 or max(c.max() for c in counts) == 1)
+        assert time.monotonic() - start < limit + 2
 
 
 def test_waiting_is_interrupted_to_look_at_the_user():
