@@ -4,7 +4,7 @@ where a path tells, else by a Z-test."""
 import meshes
 import numpy as np
 import pytest
-from bentlight_native import Influence, ProgramBuilder
+from bentlight_native import Influence, ProgramBuilder, Spacetime
 from scenes import add, diffuse, emission, look_at, material, new_scene, perspective, quad, render
 
 SAMPLINGS = ("BOTH", "SCATTERING", "CONNECTIONS")
@@ -266,6 +266,25 @@ def test_irradiance_under_a_sphere(soft, radius, sampling):
     polyhedron = 1.5e-3 * exact  # of 64 times 32 faces: how much larger or smaller than the sphere it looks from near
     assert abs(values.mean() - exact) < 4 * error + polyhedron
     assert error < 0.02 * exact
+
+
+@pytest.mark.parametrize(("soft", "chart"), [(True, "isotropic"), (False, "areal")])
+def test_around_a_hole_both_ways_of_finding_a_lamp_agree(soft, chart):
+    """A lamp across a hole, behind a sheet of light: what scattered rays meet is what connections bring."""
+    scene = new_scene()
+    floor(scene)
+    add_sphere_lamp(scene, 0.6, 2.0, soft, radiance=1.0)
+    add(scene, quad(3, 3), emission((0.05,) * 3), at=at_height(1.3), visibility=14 | IMMATERIAL)
+    at = np.eye(4)
+    at[:3, 3] = 0.15, 0.1, 0.8
+    scene.set_spacetime(Spacetime.schwarzschild(0.04, chart), at)
+    look_at_floor(scene)
+    scene.commit()
+    found = [floor_radiance(scene, 96, light_sampling=sampling) for sampling in SAMPLINGS]
+    for a in found[1:]:
+        error = np.hypot(a.std(ddof=1), found[0].std(ddof=1)) / 16
+        assert abs(a.mean() - found[0].mean()) < 4 * error
+        assert error < 0.02 * a.mean()
 
 
 def test_spot_cone_in_its_axes():
