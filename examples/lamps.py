@@ -1,15 +1,15 @@
 """Every kind of lamp around a black hole: a stage at night.
 
-A hole floats over a dark, polished floor within a circle of white columns. Each lamp shows what it is by its light:
+A hole floats within a circle of white columns. Each lamp shows what it is by its light:
 
   point, no size         the lantern on the left: hard shadows of the columns, which the hole bends as they pass it
   point, a sphere        the amber bulb on the right, soft shadows
-  spot, no size          the pattern of stripes that a projector throws onto the floor in front
-  spot, soft             the pool of light with the blended edge at the back
-  sun                    faint moonlight from the left
+  spot, no size          the stripes that a projector throws onto the wall on the right
+  spot, soft             the pool of light with the blended edge on the left
+  sun                    faint moonlight from the right
   area, rectangle        the two neon tubes
   area, disk             the plate behind the hole, which is seen as a ring around it
-  area, square, spread   the narrow shaft from above, onto the sphere
+  area, square, spread   the narrow shaft from above, onto the white ball
   area, ellipse          the dim sheet over the scene
 
 All of them cast shadows along every curve on which light goes around the hole.

@@ -40,8 +40,8 @@ def is_point(light: bpy.types.Light) -> bool:
 
 
 def lamp_axes(light: bpy.types.Light, world_from_light: np.ndarray) -> np.ndarray | None:
-    """The matrix of a lamp (4, 4), invertible: lamps that are points or spheres shine however small their object is
-    scaled. None for an area light without an area, which is dark."""
+    """The matrix of a lamp (4, 4), invertible: however small an object is scaled, its lamp shines, and along its z axis
+    while it has one. None for an area light without an area, which is dark."""
     axes = world_from_light[:3, :3]
     if abs(np.linalg.det(axes)) > _SINGULAR * np.prod(np.linalg.norm(axes, axis=0)):
         return world_from_light
@@ -86,7 +86,8 @@ def read_sun(
     light: bpy.types.Light, world_from_light: np.ndarray, materials: MaterialTable, reporter: Reporter
 ) -> SunData:
     """A sun: radiance if it has an angle, else irradiance of what faces it."""
-    axis = world_from_light[:3, 2] / np.linalg.norm(world_from_light[:3, 2])
+    axis = lamp_axes(light, world_from_light)[:3, 2]
+    axis = axis / np.linalg.norm(axis)
     angle = min(max(light.angle, 0.0), np.pi)
     solid = np.pi * np.sin(angle / 2) ** 2 if light.normalize and angle > 0 else 1.0
     compiled = materials.reported(compile_sun(light, 1 / solid, materials.image_table))

@@ -280,6 +280,14 @@ def test_a_point_shines_however_its_object_is_scaled(scale, radius, tmp_path):
         agree(tmp_path)
 
 
+@pytest.mark.parametrize(("kind", "scale"), [("SUN", (0, 0, 1)), ("SUN", (0, 0, 0)), ("SPOT", (0, 0, 0))])
+def test_flattened_suns_and_spots_shine(kind, scale, tmp_path):
+    wall()
+    lamp = stand(kind)
+    lamp.rotation_euler, lamp.scale = (0, 0, 0), scale
+    assert stage.render(tmp_path)["Combined"][12, 16, 0] > 0
+
+
 @pytest.mark.parametrize(("settings", "scale"), [({}, (1, 0, 1)), ({}, (1, 1, 0)), ({"size": 0.0}, (1, 1, 1))])
 def test_an_area_light_without_an_area_is_dark(settings, scale, capfd, tmp_path):
     wall()
