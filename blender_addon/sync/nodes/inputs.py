@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from .compiler import NodeView, Outputs, value_node
 
+_DEPTHS = ("Diffuse Depth", "Glossy Depth", "Transparent Depth", "Transmission Depth")
+
 
 @value_node("ShaderNodeNewGeometry")
 def _geometry(node: NodeView) -> Outputs:
@@ -19,6 +21,20 @@ def _object_info(node: NodeView) -> Outputs:
     names = ("Location", "Color", "Alpha", "Random")
     kinds = {name: f"OBJECT_{name.upper()}" for name in names} | {"Object Index": "OBJECT_INDEX"}
     return _linked_coordinates(node, kinds) | {"Material Index": node.constant(node.compiler.material_index)}
+
+
+@value_node("ShaderNodeLightPath")
+def _light_path(node: NodeView) -> Outputs:
+    """As Cycles counts; without volumes and ray portals there is nothing to tell of them."""
+    names = [
+        f"Is {kind} Ray" for kind in ("Camera", "Shadow", "Diffuse", "Glossy", "Singular", "Reflection", "Transmission")
+    ]
+    kinds = {name: name.upper()[:-4].replace(" ", "_") for name in names}
+    kinds |= {name: name.upper().replace(" ", "_") for name in ("Ray Depth", *_DEPTHS)}
+    linked = _linked(node)
+    outputs = {name: node.emit("light_path", immediates=(kind,)) for name, kind in kinds.items() if name in linked}
+    outputs |= {name: node.constant(0.0) for name in ("Is Volume Scatter Ray", "Portal Depth")}
+    return outputs | _linked_coordinates(node, {"Ray Length": "RAY_LENGTH"})
 
 
 @value_node("ShaderNodeFresnel")
@@ -40,5 +56,10 @@ def _light_falloff(node: NodeView) -> Outputs:
 
 def _linked_coordinates(node: NodeView, kinds: dict[str, str]) -> Outputs:
     """A coordinate for each output, by identifier, that is linked."""
-    linked = {socket.identifier for socket in node.node.outputs if socket.is_linked}
+    linked = _linked(node)
     return {name: node.coordinate(kind) for name, kind in kinds.items() if name in linked}
+
+
+def _linked(node: NodeView) -> set[str]:
+    """The identifiers of the outputs that are linked."""
+    return {socket.identifier for socket in node.node.outputs if socket.is_linked}

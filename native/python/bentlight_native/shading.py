@@ -22,6 +22,11 @@ class Samples(NamedTuple):
     lobe: NDArray[np.uint8]
 
 
+RAY_CAMERA, RAY_SHADOW, RAY_DIFFUSE, RAY_GLOSSY, RAY_TRANSMISSION, RAY_REFLECTION, RAY_SINGULAR = (
+    1 << i for i in range(7)
+)
+"""Bits of the kinds of ray that materials can tell apart, as in scene/shading.h."""
+
 POINT_DEFAULTS: dict[str, ArrayLike] = {
     "position": (0.0, 0.0, 0.0),
     "generated": (0.0, 0.0, 0.0),
@@ -37,11 +42,13 @@ POINT_DEFAULTS: dict[str, ArrayLike] = {
     "object_color": (1.0, 1.0, 1.0, 1.0),
     "object_random": (0.0,),
     "ray_length": (1.0,),
+    "ray_kinds": (0,),  # RAY_* bits
+    "ray_depths": (0, 0, 0, 0, 0),  # all bounces, diffuse, glossy, transmission, transparent
 }
 
 
 def _point_rows(fields: dict[str, ArrayLike]) -> NDArray[np.float64]:
-    """Rows of shade points (n, 31) from the fields of scene/shading.h.
+    """Rows of shade points (n, 37) from the fields of scene/shading.h.
 
     What is missing is a default, what has one row is repeated. The caller turns normals to the side of wo.
     """
@@ -87,11 +94,11 @@ class ShadingMethods:
         else:
             self._set_world(program.code, program.constants, program.table)
 
-    def sky(self, directions: ArrayLike) -> NDArray[np.float64]:
-        """Radiance (n, 3) of the sky in unit directions (n, 3)."""
+    def sky(self, directions: ArrayLike, ray_kinds: int = 0) -> NDArray[np.float64]:
+        """Radiance (n, 3) of the sky in unit directions (n, 3), as rays of those kinds (RAY_* bits) see it."""
         rows = np.ascontiguousarray(directions, np.float64)
         radiance = np.zeros_like(rows)
-        self._sky(rows, radiance)
+        self._sky(rows, ray_kinds, radiance)
         return radiance
 
     def shade(

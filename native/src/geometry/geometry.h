@@ -99,6 +99,13 @@ static inline vec3 geometry_vertex(const geometry *g, int instance_index, int tr
   return mat4_point(&i->world_from_mesh, v3(v[0], v[1], v[2]));
 }
 
+/* The material of a triangle of an instance; -1: the default. */
+static inline int geometry_material(const geometry *g, const instance *i, int triangle)
+{
+  const uint32_t *slots = g->meshes[i->mesh].material_slots, slot = slots ? slots[triangle] : 0;
+  return slot < i->material_count ? i->materials[slot] : -1;
+}
+
 /* Frees lenses and their tables. */
 void lenses_free(lens *lenses, size_t count);
 /* The lens whose sphere contains the world point, or NULL where space is flat. */

@@ -10,11 +10,11 @@
 
 void lamps_free(lamps *lamps) { free(lamps); }
 
-vec3 lamp_intensity(const bent_scene *scene, const lamp *lamp, vec3 direction, double distance)
+vec3 lamp_intensity(const bent_scene *scene, const lamp *lamp, vec3 direction, double distance, const ray_history *ray)
 {
   const shade_point point = {.position = lamp->position, .wo = direction, .geometric_normal = direction,
                              .normal = direction, .tangent_sign = 1, .ray_length = distance, .object_color = {1, 1, 1, 1},
-                             .world_from_object = &lamp->world_from_lamp, .object_from_world = &lamp->lamp_from_world};
+                             .world_from_object = &lamp->world_from_lamp, .object_from_world = &lamp->lamp_from_world, .ray = *ray};
   return shading_emission(scene->shading, lamp->material, &point);
 }
 

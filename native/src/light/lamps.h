@@ -3,6 +3,7 @@
 #define BENT_LIGHT_LAMPS_H
 #include "base/vec3.h"
 #include "bentlight/render.h"
+#include "scene/shading.h"
 
 typedef struct lamp {
   mat4 world_from_lamp, lamp_from_world;
@@ -18,6 +19,7 @@ typedef struct lamps {
 } lamps;
 
 void lamps_free(lamps *lamps);
-/* Radiant intensity towards a unit direction, local in world axes, for who is `distance` away. */
-vec3 lamp_intensity(const bent_scene *scene, const lamp *lamp, vec3 direction, double distance);
+/* Radiant intensity towards a unit direction, local in world axes, for who is `distance` away, along a ray with that
+ * history. */
+vec3 lamp_intensity(const bent_scene *scene, const lamp *lamp, vec3 direction, double distance, const ray_history *ray);
 #endif

@@ -63,7 +63,7 @@ static vec3 triangle_at(const vec3 corner[3], const double b[2])
 
 /* Radiance that a place of a triangle sends back along the `direction` of a ray from `from`. */
 static vec3 radiance_at(const bent_scene *scene, int instance, int triangle, const double b[2], vec3 position, vec3 from,
-                        vec3 direction)
+                        vec3 direction, const ray_history *ray)
 {
   bent_hit hit = {.instance = instance, .triangle = triangle, .barycentric = {b[0], b[1]}};
   v3_to(hit.position, position);
@@ -71,6 +71,7 @@ static vec3 radiance_at(const bent_scene *scene, int instance, int triangle, con
   surface surface;
   surface_at(scene, &hit, from, &surface);
   if (surface.see_through) return v3(0, 0, 0);
+  surface.point.ray = *ray;
   return shading_emission(scene->shading, surface.material, &surface.point);
 }
 
@@ -78,12 +79,6 @@ static double brightness(vec3 radiance)
 {
   const double value = v3_average(radiance);
   return value > 0 && isfinite(value) ? value : 0;
-}
-
-static int material_of(const geometry *g, const instance *i, size_t triangle)
-{
-  const uint32_t *slots = g->meshes[i->mesh].material_slots, slot = slots ? slots[triangle] : 0;
-  return slot < i->material_count ? i->materials[slot] : -1;
 }
 
 /* The brightest that a triangle is to the side of `normal` in any of the directions of a cube around the axes of its
@@ -96,7 +91,7 @@ static double beam_brightness(const bent_scene *scene, int instance, int triangl
     const vec3 out = v3_normalize(mat4_vector(&scene->geometry->instances[instance].world_from_mesh, own));
     if (i == 13 || !(v3_dot(out, normal) > 0)) continue;
     most = max2(most, brightness(radiance_at(scene, instance, triangle, PROBES[0], at, v3_mad(out, distance, at),
-                                             v3_scale(out, -1))));
+                                             v3_scale(out, -1), &RAY_SCATTERED)));
   }
   return most;
 }
@@ -109,12 +104,13 @@ static int add_triangle(lights *l, const bent_scene *scene, int instance, int tr
   const double size = v3_length(area);
   if (!(size > 0)) return 1;
   const vec3 normal = v3_scale(area, 1 / size);
+  const ray_history *any = &RAY_SCATTERED;
   double front = 0, back = 0;
   for (int i = 0; i < 4; i++) {
     const vec3 at = triangle_at(corner, PROBES[i]);
     const vec3 above = v3_mad(normal, distance, at), below = v3_mad(normal, -distance, at);
-    front += brightness(radiance_at(scene, instance, triangle, PROBES[i], at, above, v3_scale(normal, -1))) / 4;
-    back += brightness(radiance_at(scene, instance, triangle, PROBES[i], at, below, normal)) / 4;
+    front += brightness(radiance_at(scene, instance, triangle, PROBES[i], at, above, v3_scale(normal, -1), any)) / 4;
+    back += brightness(radiance_at(scene, instance, triangle, PROBES[i], at, below, normal, any)) / 4;
   }
   if (!(front + back > 0) || scene->geometry->instances[instance].visibility & BENT_IMMATERIAL) {
     const vec3 at = triangle_at(corner, PROBES[0]);
@@ -155,7 +151,7 @@ static int add_instance(lights *l, const bent_scene *scene, int index)
   const double distance = triangles ? probe_distance(g, index) : 0;
   for (size_t t = 0; t < triangles; t++) {
     l->of_triangle[index][t] = -1;
-    if (shading_may_emit(scene->shading, material_of(g, i, t)) && !add_triangle(l, scene, index, (int)t, distance))
+    if (shading_may_emit(scene->shading, geometry_material(g, i, (int)t)) && !add_triangle(l, scene, index, (int)t, distance))
       return 0;
   }
   return 1;
@@ -168,7 +164,8 @@ static int add_lamp(lights *l, const bent_scene *scene, int index)
   double sum = 0;
   for (int i = 0; i < 27; i++) {
     const vec3 own = v3(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
-    if (i != 13) sum += brightness(lamp_intensity(scene, lamp, v3_normalize(mat4_vector(&lamp->world_from_lamp, own)), 1));
+    const vec3 direction = v3_normalize(mat4_vector(&lamp->world_from_lamp, own));
+    if (i != 13) sum += brightness(lamp_intensity(scene, lamp, direction, 1, &RAY_SCATTERED));
   }
   const light_cluster c = {.low = lamp->position, .high = lamp->position, .power = sum / 26 + 1e-30, .around = 1};
   return push(l, (emitter){-1, index}, &c);
@@ -304,9 +301,9 @@ int lights_draw(const lights *l, const bent_scene *scene, vec3 point, vec3 norma
   return out->probability > 0;
 }
 
-vec3 lights_radiance(const bent_scene *scene, const light_sample *s, vec3 from, vec3 arrival)
+vec3 lights_radiance(const bent_scene *scene, const light_sample *s, vec3 from, vec3 arrival, const ray_history *ray)
 {
-  return radiance_at(scene, s->index, s->triangle, s->barycentric, s->target, from, arrival);
+  return radiance_at(scene, s->index, s->triangle, s->barycentric, s->target, from, arrival, ray);
 }
 
 vec3 lights_triangle_area(const bent_scene *scene, int instance, int triangle, vec3 position)

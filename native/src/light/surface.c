@@ -107,8 +107,7 @@ void surface_at(const bent_scene *scene, const bent_hit *hit, vec3 from, surface
   p.geometric_normal = p.backfacing ? v3_scale(own, -1) : own;
   p.normal = p.backfacing ? v3_scale(smooth, -1) : smooth;
 
-  const uint32_t slot = m->material_slots ? m->material_slots[hit->triangle] : 0;
-  out->material = slot < inst->material_count ? inst->materials[slot] : -1;
+  out->material = geometry_material(g, inst, hit->triangle);
   out->see_through = inst->one_sided && p.backfacing;
   out->point = p;
 }

@@ -8,10 +8,10 @@
 #include "scene/shading.h"
 
 /* The order of the numbers of a shade_point row; python/bentlight_native/shading.py writes them by the same names. */
-enum { POINT_NUMBERS = 31 };
+enum { POINT_NUMBERS = 37 };
 static const char *const point_fields[] = {"position", "generated", "wo", "geometric_normal", "normal", "tangent",
                                            "tangent_sign", "uv", "object_index", "backfacing", "barycentric",
-                                           "object_color", "object_random", "ray_length", NULL};
+                                           "object_color", "object_random", "ray_length", "ray_kinds", "ray_depths", NULL};
 
 static shade_point point_from(const double *n)
 {
@@ -20,7 +20,9 @@ static shade_point point_from(const double *n)
                        .tangent_sign = n[18], .uv = {n[19], n[20]}, .object_index = (float)n[21],
                        .backfacing = n[22] != 0, .barycentric = {n[23], n[24]},
                        .object_color = {(float)n[25], (float)n[26], (float)n[27], (float)n[28]},
-                       .object_random = (float)n[29], .ray_length = n[30]};
+                       .object_random = (float)n[29], .ray_length = n[30],
+                       .ray = {(uint32_t)n[31], (uint32_t)n[32], (uint32_t)n[33], (uint32_t)n[34], (uint32_t)n[35],
+                               (uint32_t)n[36]}};
 }
 
 /* Float or byte pixels of shape (height, width, 4). */
@@ -167,9 +169,10 @@ static PyObject *shade(PyObject *self, PyObject *args)
 static PyObject *sky(PyObject *self, PyObject *args)
 {
   PyObject *directions, *radiance;
+  unsigned kinds;
   Py_ssize_t shape[2] = {-1, 3};
   buffer held[2] = {0};
-  if (!PyArg_ParseTuple(args, "OO", &directions, &radiance) ||
+  if (!PyArg_ParseTuple(args, "OIO", &directions, &kinds, &radiance) ||
       buffer_get(&held[0], directions, "directions", 'd', 2, shape, BUFFER_FINITE) < 0 ||
       buffer_get(&held[1], radiance, "radiance", 'd', 2, shape, BUFFER_WRITE) < 0) {
     buffer_release_all(held, 2);
@@ -179,7 +182,10 @@ static PyObject *sky(PyObject *self, PyObject *args)
   const double *direction = buffer_data(&held[0]);
   double *out = buffer_data(&held[1]);
   Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t i = 0; i < shape[0]; i++) v3_to(out + 3 * i, shading_sky(shading, v3_from(direction + 3 * i)));
+  for (Py_ssize_t i = 0; i < shape[0]; i++) {
+    const ray_history ray = {.kinds = kinds};
+    v3_to(out + 3 * i, shading_sky(shading, v3_from(direction + 3 * i), &ray));
+  }
   Py_END_ALLOW_THREADS
   buffer_release_all(held, 2);
   Py_RETURN_NONE;
@@ -310,8 +316,8 @@ PyMethodDef scene_shading_methods[] = {
     {"_update_material", update_material, METH_VARARGS, "(index, code, constants, table)"},
     {"_set_world", set_world, METH_VARARGS, "(code=None, constants=None, table=None)"},
     {"_shade", shade, METH_VARARGS,
-     "(material, points (n, 30), world_from_object and its inverse (2, 4, 4), results (n, 6): emission, albedo)"},
-    {"_sky", sky, METH_VARARGS, "(directions (n, 3), radiance (n, 3))"},
-    {"_draw_bsdf", draw_bsdf, METH_VARARGS, "(material, point (30,), u (n, 3), samples (n, 8): wi, weight, pdf, lobe)"},
-    {"_evaluate_bsdf", evaluate_bsdf, METH_VARARGS, "(material, point (30,), wi (n, 3), values (n, 4): value, pdf)"},
+     "(material, points (n, 37), world_from_object and its inverse (2, 4, 4), results (n, 6): emission, albedo)"},
+    {"_sky", sky, METH_VARARGS, "(directions (n, 3), ray_kinds, radiance (n, 3))"},
+    {"_draw_bsdf", draw_bsdf, METH_VARARGS, "(material, point (37,), u (n, 3), samples (n, 8): wi, weight, pdf, lobe)"},
+    {"_evaluate_bsdf", evaluate_bsdf, METH_VARARGS, "(material, point (37,), wi (n, 3), values (n, 4): value, pdf)"},
     {0}};

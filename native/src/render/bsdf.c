@@ -201,6 +201,33 @@ int bsdf_draw(const closure_set *set, const shade_point *point, const double u[3
   return v3_max(out->weight) > 0;
 }
 
+vec3 bsdf_kind_weight(const closure_set *set, const shade_point *point, const bsdf_sample *drawn)
+{
+  vec3 all = v3(0, 0, 0), own = all;
+  double all_pdf = 0, own_pdf = 0;
+  for (int i = 0; drawn->pdf > 0 && i < set->count; i++) {
+    const closure *c = &set->closures[i];
+    if (closure_is_delta(c)) continue;
+    const lobe_value lobe = evaluate_lobe(c, point, drawn->wi);
+    const int is_own = kind_of(c, point, drawn->wi) == drawn->lobe;
+    all = v3_add(all, lobe.value), all_pdf += lobe.pdf * c->share;
+    if (is_own) own = v3_add(own, lobe.value), own_pdf += lobe.pdf * c->share;
+  }
+  if (!(own_pdf > 0)) return v3_splat(1);
+  const double rarity = all_pdf / own_pdf;
+  return v3(all.x > 0 ? own.x / all.x * rarity : 1, all.y > 0 ? own.y / all.y * rarity : 1,
+            all.z > 0 ? own.z / all.z * rarity : 1);
+}
+
+uint32_t bsdf_ray_kinds(const closure_set *set, bsdf_lobe lobe)
+{
+  if (lobe == LOBE_DIFFUSE) return RAY_DIFFUSE | RAY_REFLECTION;
+  if (lobe == LOBE_GLOSSY) return RAY_GLOSSY | RAY_REFLECTION;
+  for (int i = 0; i < set->count; i++)
+    if (set->closures[i].kind == CLOSURE_TRANSLUCENT) return RAY_DIFFUSE | RAY_TRANSMISSION;
+  return RAY_GLOSSY | RAY_TRANSMISSION;
+}
+
 vec3 bsdf_albedo(const closure_set *set)
 {
   vec3 sum = v3(0, 0, 0);

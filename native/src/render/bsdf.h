@@ -20,6 +20,11 @@ typedef struct bsdf_sample {
 int bsdf_draw(const closure_set *set, const shade_point *point, const double u[3], bsdf_sample *out);
 /* f(wo, wi) |cos| over the non-delta lobes of the wanted kinds (bits of bsdf_lobe), and the pdf that bsdf_draw has there. */
 vec3 bsdf_evaluate(const closure_set *set, const shade_point *point, vec3 wi, uint32_t kinds, double *pdf);
+/* What to multiply a drawn sample's weight by where its kind of lobe matters to what the ray meets: that kind's part of the
+ * scattered light over its part of the chances. Its mean over the kinds that draw wi is 1. (1, 1, 1) for a delta lobe. */
+vec3 bsdf_kind_weight(const closure_set *set, const shade_point *point, const bsdf_sample *drawn);
+/* The RAY_* bits of rays that a kind of lobe of the set scatters. */
+uint32_t bsdf_ray_kinds(const closure_set *set, bsdf_lobe lobe);
 /* Albedo for denoising: the directional albedo of the lobes but white for mirrors and smooth glass. */
 vec3 bsdf_albedo(const closure_set *set);
 #endif

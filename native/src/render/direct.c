@@ -84,7 +84,7 @@ static int is_lit(const bent_influence *influence, uint32_t receiver_set, uint32
 /* The same of what the path's ray comes from: the camera sees everything. */
 static int is_lit_path(const bent_influence *influence, const path *p)
 {
-  return p->bounces == 0 || is_lit(influence, p->scattered.receiver_set, p->bounces - 1);
+  return p->ray.bounces == 0 || is_lit(influence, p->scattered.receiver_set, p->ray.bounces - 1);
 }
 
 double direct_weight_emission(const tracer *t, const path *p, const reach *reach, const bent_hit *hit)
@@ -119,41 +119,73 @@ double direct_weight_sky(const tracer *t, const path *p, const reach *reach, vec
 
 /* ---- Connections with lights that are drawn ---- */
 
-/* What a light sends along one connection. */
+/* A connection with a light. */
 typedef struct beam {
-  vec3 light; /* radiance; of a point: radiance times solid angle */
   double pdf; /* with which the connection was drawn, by solid angle at the vertex; of a point: its probability */
   int point;
   uint32_t visibility;
   bent_influence influence;
+  int asks_scattering; /* its light depends on how the ray towards it was scattered */
 } beam;
 
-/* from: the vertex. */
-static beam beam_of(const bent_scene *scene, const light_sample *s, const joint *j, vec3 from)
+static beam beam_of(const bent_scene *scene, const light_sample *s, const joint *j)
 {
   beam b = {.pdf = s->probability * j->spread * j->chance, .visibility = VISIBLE_SCATTERING, .influence = BENT_INFLUENCE_ALL};
   if (s->kind == LIGHT_TRIANGLE) {
+    const instance *i = &scene->geometry->instances[s->index];
     b.pdf /= fabs(v3_dot(s->area, j->arrival));
-    b.visibility = scene->geometry->instances[s->index].visibility;
-    b.influence = scene->geometry->instances[s->index].influence;
-    b.light = lights_radiance(scene, s, from, j->arrival);
+    b.visibility = i->visibility;
+    b.influence = i->influence;
+    b.asks_scattering = shading_asks_scattering(scene->shading, geometry_material(scene->geometry, i, s->triangle));
   } else if (s->kind == LIGHT_LAMP) {
     const lamp *lamp = &scene->lamps->list[s->index];
     b.point = 1;
     b.visibility = lamp->visibility;
     b.influence = lamp->influence;
-    b.light = lamp_intensity(scene, lamp, v3_scale(j->arrival, -1), v3_length(v3_sub(lamp->position, from)));
+    b.asks_scattering = shading_asks_scattering(scene->shading, lamp->material);
   } else if (s->kind == LIGHT_SUN) {
     const sun *sun = &scene->suns->list[s->index];
     b.point = sun->solid_angle == 0;
     if (!b.point) b.pdf /= sun->solid_angle;
     b.visibility = sun->visibility;
     b.influence = sun->influence;
-    b.light = sun->radiance;
   } else {
-    b.light = shading_sky(scene->shading, s->target);
+    b.asks_scattering = shading_sky_asks_scattering(scene->shading);
   }
   return b;
+}
+
+/* What a light sends along a connection to a vertex at `from`, for a ray of that history: radiance; of a point: radiance
+ * times solid angle. */
+static vec3 light_along(const bent_scene *scene, const light_sample *s, const joint *j, vec3 from, const ray_history *ray)
+{
+  switch (s->kind) {
+    case LIGHT_TRIANGLE: return lights_radiance(scene, s, from, j->arrival, ray);
+    case LIGHT_LAMP: {
+      const lamp *lamp = &scene->lamps->list[s->index];
+      return lamp_intensity(scene, lamp, v3_scale(j->arrival, -1), v3_length(v3_sub(lamp->position, from)), ray);
+    }
+    case LIGHT_SUN: return scene->suns->list[s->index].radiance;
+    case LIGHT_SKY: return shading_sky(scene->shading, s->target, ray);
+  }
+  return v3(0, 0, 0);
+}
+
+/* The light of a beam that a vertex scatters; `pdf`: the chance that scattering had drawn its direction. A light that asks
+ * how it is looked at is looked at by each kind of lobe for itself: it shines as it does on rays that scattering draws. */
+static vec3 scattered_light(const tracer *t, const lit_vertex *v, const light_sample *s, const joint *j, const beam *b,
+                            double *pdf)
+{
+  static const bsdf_lobe KINDS[] = {LOBE_DIFFUSE, LOBE_GLOSSY, LOBE_TRANSMISSION};
+  vec3 sum = v3(0, 0, 0);
+  for (int k = 0; k < (b->asks_scattering ? 3 : 1); k++) {
+    const uint32_t kinds = b->asks_scattering ? (uint32_t)KINDS[k] : UINT32_MAX;
+    const vec3 value = bsdf_evaluate(&v->set, &v->point, j->launch, b->visibility & kinds, pdf);
+    if (!(v3_max(value) > 0)) continue;
+    const ray_history ray = path_scattered(v->point.ray, &v->set, KINDS[k], 0);
+    sum = v3_add(sum, v3_mul(value, light_along(t->scene, s, j, v->point.position, &ray)));
+  }
+  return sum;
 }
 
 /* The light that a vertex passes on to the camera from one connection, if nothing is in its way; and the sets of what
@@ -161,18 +193,18 @@ static beam beam_of(const bent_scene *scene, const light_sample *s, const joint 
 static vec3 joined_light(const tracer *t, const lit_vertex *v, const light_sample *s, const joint *j, uint64_t *blockers)
 {
   const vec3 dark = v3(0, 0, 0);
-  const beam b = beam_of(t->scene, s, j, v->point.position);
+  const beam b = beam_of(t->scene, s, j);
   *blockers = b.influence.blockers;
   const uint32_t receiver_set = t->scene->geometry->instances[v->hit->instance].receiver_set;
-  if (!is_lit(&b.influence, receiver_set, v->bounces)) return dark;
-  if (!(b.pdf > 0) || !isfinite(b.pdf) || !(v3_max(b.light) > 0)) return dark;
+  if (!is_lit(&b.influence, receiver_set, v->point.ray.bounces)) return dark;
+  if (!(b.pdf > 0) || !isfinite(b.pdf)) return dark;
   double pdf;
-  const vec3 value = bsdf_evaluate(&v->set, &v->point, j->launch, b.visibility, &pdf);
+  const vec3 value = scattered_light(t, v, s, j, &b, &pdf);
   if (!(v3_max(value) > 0)) return dark;
   const int weighed =
       !b.point && t->settings->light_sampling == BENT_LIGHTS_BOTH && is_shared(b.visibility, &b.influence);
   const double weight = (weighed ? heuristic(b.pdf, pdf) : 1) / b.pdf;
-  const vec3 light = path_limited(t, v->bounces + 1, v3_mul(v->beta, v3_scale(v3_mul(value, b.light), weight)));
+  const vec3 light = path_limited(t, v->point.ray.bounces + 1, v3_mul(v->beta, v3_scale(value, weight)));
   return v3_is_finite(light) ? light : dark;
 }
 
@@ -184,7 +216,10 @@ static void add_shadow(const tracer *t, path_block *block, const lit_vertex *v, 
                                .instance = s->kind == LIGHT_TRIANGLE ? s->index : -1, .triangle = s->triangle,
                                .swept = j->swept, .straight = straight, .far = far, .light = light,
                                .blockers = blockers,
-                               .transparent = v->path->transparent};
+                               .from = v->point.position,
+                               .ray = v->point.ray};
+  block->shadows[i].ray.kinds = RAY_SHADOW;
+  block->shadows[i].ray.bounces++; /* as if scattered, but by no kind of lobe */
   bent_ray *ray = &block->shadow_rays[i];
   *ray = (bent_ray){.length_max = INFINITY, .visibility = BENT_SHADOW};
   path_set_ray(t, ray, v->point.position, j->launch, v->hit);
@@ -267,10 +302,11 @@ static int arrives(const shadow *s, const bent_hit *hit)
 }
 
 /* What part of the light a surface lets straight through. */
-static vec3 transmitted(const tracer *t, const path_block *block, const bent_hit *hit, vec3 from)
+static vec3 transmitted(const tracer *t, const path_block *block, const bent_hit *hit, const shadow *s)
 {
   surface surface;
-  surface_at(t->scene, hit, from, &surface);
+  surface_at(t->scene, hit, s->from, &surface);
+  surface.point.ray = s->ray;
   if (surface.see_through) return v3_splat(1);
   vec3 sum = v3(0, 0, 0);
   if (!shading_may_be_transparent(t->scene->shading, surface.material)) return sum;
@@ -290,8 +326,9 @@ static int shadow_step(const tracer *t, path_block *block, shadow *s, bent_ray *
     return 0;
   }
   if (s->blockers >> t->scene->geometry->instances[hit->instance].blocker_set & 1) {
-    if (s->transparent++ >= t->settings->transparent_bounces) return 0;
-    s->light = v3_mul(s->light, transmitted(t, block, hit, v3_from(ray->origin)));
+    if (s->ray.transparent >= t->settings->transparent_bounces) return 0;
+    s->light = v3_mul(s->light, transmitted(t, block, hit, s));
+    s->ray.transparent++;
   }
   if (!(v3_max(s->light) > 0)) return 0;
   s->swept -= hit->swept;

@@ -29,11 +29,10 @@ double direct_weight_sky(const tracer *t, const path *p, const reach *reach, vec
 /* A vertex that scatters, whose light is wanted. The path may have gone on from there already. */
 typedef struct lit_vertex {
   path *path;
-  uint32_t bounces; /* scatterings before it */
   const bent_hit *hit;
   vec3 beta; /* before scattering */
   double u[4];
-  shade_point point;
+  shade_point point; /* its ray: the one before scattering */
   closure_set set;
 } lit_vertex;
 

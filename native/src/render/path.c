@@ -65,7 +65,8 @@ static double pixel_angle(const bent_scene *scene, const bent_render_settings *s
 
 void tracer_init(tracer *t, const bent_scene *scene, const bent_render_settings *s)
 {
-  *t = (tracer){.scene = scene, .settings = s, .angle = s->tolerance};
+  *t = (tracer){.scene = scene, .settings = s, .angle = s->tolerance,
+                .asks_scattering = shading_any_asks_scattering(scene->shading)};
   const double angle = 0.1 * pixel_angle(scene, s);
   if (angle > 0 && angle < t->angle) t->angle = angle;
   sampler_init(&t->sampler);
@@ -118,7 +119,8 @@ static int start(const tracer *t, const pixel_sample *wanted, path *p, bent_ray 
     record->value[CHANNEL_COMBINED][3] = 1; /* black and opaque, as Cycles */
     return 0;
   }
-  *p = (path){.scattered = {.position = camera.origin}, .beta = {1, 1, 1}, .feature_beta = {1, 1, 1}, .alpha = 1, .pixel_key = key, .sample = wanted->sample,
+  *p = (path){.scattered = {.position = camera.origin}, .beta = {1, 1, 1}, .feature_beta = {1, 1, 1}, .alpha = 1,
+              .ray = {.kinds = RAY_CAMERA}, .pixel_key = key, .sample = wanted->sample,
               .depth_per_length = camera.depth_per_length};
   *ray = (bent_ray){.length_min = camera.length_min, .length_max = camera.length_max,
                     .visibility = BENT_VISIBLE_CAMERA};
@@ -137,7 +139,7 @@ vec3 path_limited(const tracer *t, uint32_t bounces, vec3 contribution)
 static void gather_sky(const tracer *t, path *p, const bent_ray *ray, const bent_hit *hit, const reach *reach,
                        sample_record *record)
 {
-  const vec3 direction = v3_from(hit->direction), sky = shading_sky(t->scene->shading, direction);
+  const vec3 direction = v3_from(hit->direction), sky = shading_sky(t->scene->shading, direction, &p->ray);
   vec3 all = sky, weighed = v3_scale(sky, direct_weight_sky(t, p, reach, direction));
   for (size_t i = 0; t->scene->suns && i < t->scene->suns->count; i++) {
     const sun *s = &t->scene->suns->list[i];
@@ -145,9 +147,9 @@ static void gather_sky(const tracer *t, path *p, const bent_ray *ray, const bent
     all = v3_add(all, s->radiance);
     weighed = v3_mad(s->radiance, direct_weight_sun(t, p, reach, i), weighed);
   }
-  const vec3 contribution = path_limited(t, p->bounces, v3_mul(p->beta, weighed));
+  const vec3 contribution = path_limited(t, p->ray.bounces, v3_mul(p->beta, weighed));
   if (!p->featured) record_add(record, CHANNEL_DENOISING_ALBEDO, v3_mul(p->feature_beta, all));
-  if (p->bounces == 0) {
+  if (p->ray.bounces == 0) {
     record_add(record, CHANNEL_ENVIRONMENT, contribution);
     if (t->settings->film_transparent) {
       p->alpha -= v3_average(p->beta);
@@ -162,9 +164,9 @@ static void gather_emission(const tracer *t, path *p, const bent_hit *hit, const
 {
   if (!(v3_max(emission) > 0)) return;
   const vec3 weighed = v3_scale(emission, direct_weight_emission(t, p, reach, hit));
-  const vec3 contribution = path_limited(t, p->bounces, v3_mul(p->beta, weighed));
+  const vec3 contribution = path_limited(t, p->ray.bounces, v3_mul(p->beta, weighed));
   p->radiance = v3_add(p->radiance, contribution);
-  if (p->bounces == 0) record_add(record, CHANNEL_EMISSION, contribution);
+  if (p->ray.bounces == 0) record_add(record, CHANNEL_EMISSION, contribution);
 }
 
 /* Lets the ray go straight on behind the surface that it met; what is left of its clip range goes with it. */
@@ -177,20 +179,27 @@ static void pass_through(const tracer *t, path *p, bent_ray *ray, const bent_hit
   path_set_ray(t, ray, v3_from(hit->position), v3_from(hit->direction), hit);
 }
 
-/* Counts a scattering and says whether the next surface is the path's last. */
-static void count_bounce(const bent_render_settings *s, path *p, bsdf_lobe lobe)
+ray_history path_scattered(ray_history ray, const closure_set *set, bsdf_lobe lobe, int sharp)
 {
-  p->bounces++;
-  p->last |= p->bounces > s->max_bounces;
-  if (lobe == LOBE_DIFFUSE) p->last |= ++p->diffuse > s->diffuse_bounces;
-  if (lobe == LOBE_GLOSSY) p->last |= ++p->glossy > s->glossy_bounces;
-  if (lobe == LOBE_TRANSMISSION) p->last |= ++p->transmission > s->transmission_bounces;
+  ray.kinds = bsdf_ray_kinds(set, lobe) | (sharp ? RAY_SINGULAR : 0);
+  ray.bounces++;
+  ray.diffuse += lobe == LOBE_DIFFUSE;
+  ray.glossy += lobe == LOBE_GLOSSY;
+  ray.transmission += lobe == LOBE_TRANSMISSION;
+  return ray;
+}
+
+/* Whether the surface that a ray meets is its path's last. */
+static int is_last(const bent_render_settings *s, const ray_history *ray)
+{
+  return ray->bounces > s->max_bounces || ray->diffuse > s->diffuse_bounces || ray->glossy > s->glossy_bounces ||
+         ray->transmission > s->transmission_bounces;
 }
 
 /* Russian roulette by the square root of the throughput, as Cycles: returns 0 if the path ends. */
 static int survives(const bent_render_settings *s, path *p, double u)
 {
-  if (p->bounces < s->roulette_start) return 1;
+  if (p->ray.bounces < s->roulette_start) return 1;
   const double probability = sqrt(v3_max(p->beta));
   if (probability >= 1) return 1;
   if (!(u < probability)) return 0;
@@ -207,14 +216,16 @@ static int scatter(const tracer *t, path *p, bent_ray *ray, const bent_hit *hit,
   bsdf_sample drawn;
   if (!bsdf_draw(set, point, u, &drawn)) return 0;
   p->beta = v3_mul(p->beta, drawn.weight);
+  if (t->asks_scattering) p->beta = v3_mul(p->beta, bsdf_kind_weight(set, point, &drawn));
   if (!v3_is_finite(p->beta) || !(v3_max(p->beta) > 0)) return 0;
   if (!p->featured) p->feature_beta = v3_mul(p->feature_beta, v3_saturate(drawn.weight));
   if (drawn.lobe == LOBE_TRANSPARENT) {
     pass_through(t, p, ray, hit);
-    return p->transparent++ < t->settings->transparent_bounces;
+    return p->ray.transparent++ < t->settings->transparent_bounces;
   }
   if (p->last) return 0;
-  count_bounce(t->settings, p, drawn.lobe);
+  p->ray = path_scattered(p->ray, set, drawn.lobe, drawn.pdf == 0);
+  p->last = is_last(t->settings, &p->ray);
   if (!survives(t->settings, p, u[3])) return 0;
   p->scattered = (scattering){point->position, direct_normal(point, set), drawn.wi, drawn.pdf,
                               t->scene->geometry->instances[hit->instance].receiver_set, 0};
@@ -227,7 +238,7 @@ static int scatter(const tracer *t, path *p, bent_ray *ray, const bent_hit *hit,
 /* Whether the camera meets a holdout here: black and see-through, whatever the film (as Cycles). */
 static int is_holdout(const tracer *t, path *p, const bent_hit *hit)
 {
-  if (p->bounces || !(t->scene->geometry->instances[hit->instance].visibility & BENT_HOLDOUT)) return 0;
+  if (p->ray.bounces || !(t->scene->geometry->instances[hit->instance].visibility & BENT_HOLDOUT)) return 0;
   p->alpha -= v3_average(p->beta);
   return 1;
 }
@@ -247,7 +258,7 @@ static void want_light(const tracer *t, batch *b, path *p, const bent_hit *hit, 
       t->settings->light_sampling == BENT_LIGHTS_SCATTERING)
     return;
   lit_vertex *v = &b->vertices[b->vertex_count++];
-  *v = (lit_vertex){.path = p, .bounces = p->bounces, .hit = hit, .beta = p->beta, .point = *point, .set = *set};
+  *v = (lit_vertex){.path = p, .hit = hit, .beta = p->beta, .point = *point, .set = *set};
   sampler_draw(&t->sampler, p->pixel_key, p->sample, SET_VERTEX + SETS_PER_VERTEX * p->vertex + 1, v->u);
 }
 
@@ -266,7 +277,7 @@ static int shine_through(const tracer *t, path *p, const reach *reach, const sur
   const vec3 emission = shading_emission(t->scene->shading, surface->material, &surface->point);
   gather_emission(t, p, hit, reach, emission, record);
   pass_through(t, p, ray, hit);
-  return !(v3_max(emission) > 0) || p->transparent++ < t->settings->transparent_bounces;
+  return !(v3_max(emission) > 0) || p->ray.transparent++ < t->settings->transparent_bounces;
 }
 
 /* A surface. Returns 1 if the path goes on along *ray. `closures` is room for those of the surface. */
@@ -275,6 +286,7 @@ static int shade_surface(const tracer *t, batch *b, path *p, const reach *reach,
 {
   surface surface;
   surface_at(t->scene, hit, p->scattered.position, &surface);
+  surface.point.ray = p->ray;
   if (p->vertex >= VERTICES_MAX || !can_leave(t, surface.point.position)) return 0;
   int goes_on = 1;
   if (surface.see_through) {
@@ -289,8 +301,8 @@ static int shade_surface(const tracer *t, batch *b, path *p, const reach *reach,
     closure_set set = {.closures = closures};
     shading_evaluate(t->scene->shading, surface.material, &surface.point, &set);
     gather_emission(t, p, hit, reach, set.emission, record);
-    if (p->bounces == 0) p->alpha -= v3_average(v3_mul(p->beta, set.holdout));
-    if (p->bounces == 0) describe_surface(t, p, hit->length, record, &surface.point, &set);
+    if (p->ray.bounces == 0) p->alpha -= v3_average(v3_mul(p->beta, set.holdout));
+    if (p->ray.bounces == 0) describe_surface(t, p, hit->length, record, &surface.point, &set);
     describe_features(t, p, record, &surface.point, &set);
     want_light(t, b, p, hit, &surface.point, &set);
     goes_on = scatter(t, p, ray, hit, &surface.point, &set);
@@ -303,7 +315,7 @@ static int shade_surface(const tracer *t, batch *b, path *p, const reach *reach,
 static int shade(const tracer *t, batch *b, path *p, const reach *reach, closure *closures, bent_ray *ray,
                  const bent_hit *hit, sample_record *record)
 {
-  if (p->bounces == 0) describe_ray(p, hit, record);
+  if (p->ray.bounces == 0) describe_ray(p, hit, record);
   if (hit->fate == BENT_ESCAPED || hit->fate == BENT_ESCAPED_FAR) gather_sky(t, p, ray, hit, reach, record);
   if (hit->fate != BENT_HIT || is_holdout(t, p, hit)) return 0;
   return shade_surface(t, b, p, reach, closures, ray, hit, record);

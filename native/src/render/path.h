@@ -5,6 +5,7 @@
 #include "base/vec3.h"
 #include "bentlight/render.h"
 #include "render/camera.h"
+#include "render/bsdf.h"
 #include "render/channels.h"
 #include "render/filter.h"
 #include "light/lights.h"
@@ -18,6 +19,7 @@ typedef struct tracer {
   sampler sampler;
   pixel_filter filter;
   double angle; /* wanted angular error of a ray, radians */
+  int asks_scattering; /* some material wants to know by what kind of scattering a ray came */
 } tracer;
 
 /* The last scattering of a path, which the light that it meets is weighed by. */
@@ -39,7 +41,7 @@ typedef struct path {
   double winding, error; /* of the camera ray: half turns and radians */
   uint32_t pixel_key, sample;
   uint32_t vertex; /* surfaces met; numbers the random sets */
-  uint32_t bounces, diffuse, glossy, transmission, transparent;
+  ray_history ray;
   int record;
   int described, featured; /* whether depth, position, normal and denoising features are written */
   int last;                /* nothing but emission is gathered at the next surface */
@@ -56,7 +58,8 @@ typedef struct shadow {
   int far;      /* the target is in the sky beyond a wormhole */
   vec3 light;
   uint64_t blockers;    /* sets of instances that hold the light up */
-  uint32_t transparent; /* surfaces gone through since the camera */
+  vec3 from;            /* the vertex */
+  ray_history ray;
 } shadow;
 
 enum { SHADOWS = 2048 };
@@ -85,6 +88,8 @@ typedef struct pixel_sample {
   uint32_t x, y, sample;
 } pixel_sample;
 
+/* The history of what a kind of lobe of a set scatters of a ray; `sharp`: by a delta lobe. */
+ray_history path_scattered(ray_history ray, const closure_set *set, bsdf_lobe lobe, int sharp);
 /* Points `ray`, whose visibility is set, away from a surface, or from the camera if that is NULL. */
 void path_set_ray(const tracer *t, bent_ray *ray, vec3 origin, vec3 direction, const bent_hit *surface);
 /* Intersects n rays, some at a time: looks for a cancel in between. */

@@ -29,6 +29,7 @@ typedef struct program {
   float (*table)[4];
   size_t code_length, constant_count, table_length;
   int may_be_transparent, may_emit;
+  int asks_scattering; /* by what kind of scattering the ray came */
   int lobe_count; /* most lobes that one run can add */
 } program;
 
@@ -57,6 +58,10 @@ void program_run(const program *program, program_context *context);
 #define COORDINATES(X) X(UV) X(GENERATED) X(OBJECT) X(NORMAL) X(REFLECTION) X(POSITION) X(SHADING_NORMAL)  \
   X(TRUE_NORMAL) X(TANGENT) X(INCOMING) X(PARAMETRIC) X(BACKFACING) X(OBJECT_LOCATION) X(OBJECT_COLOR) X(OBJECT_ALPHA) \
   X(OBJECT_INDEX) X(OBJECT_RANDOM) X(RAY_LENGTH) X(BEAM)
+/* What the Light Path node tells. Those from IS_DIFFUSE on depend on how the ray was scattered, if at all. */
+#define LIGHT_PATHS(X)                                                                                                 \
+  X(IS_CAMERA) X(IS_SHADOW) X(RAY_DEPTH) X(TRANSPARENT_DEPTH) X(IS_DIFFUSE) X(IS_GLOSSY) X(IS_SINGULAR)                \
+  X(IS_REFLECTION) X(IS_TRANSMISSION) X(DIFFUSE_DEPTH) X(GLOSSY_DEPTH) X(TRANSMISSION_DEPTH)
 #define MAPPING_TYPES(X) X(POINT) X(TEXTURE) X(VECTOR) X(NORMAL)
 #define EXTENSIONS(X) X(REPEAT) X(EXTEND) X(CLIP) X(MIRROR)
 #define INTERPOLATIONS(X) X(Linear) X(Closest) X(Cubic) X(Smart)
@@ -79,6 +84,7 @@ void program_run(const program *program, program_context *context);
 /* name, outputs, operands, kind, names of each immediate (NAMES(list), or what it is a number of) */
 #define PROGRAM_OPS(OP)                                                                                                \
   OP(coordinate, 1, 0, PER_POINT, NAMES(COORDINATES))                                                                  \
+  OP(light_path, 1, 0, PER_POINT, NAMES(LIGHT_PATHS))                                                                  \
   OP(dot, 1, 2, PURE, NONE)                                                                                            \
   OP(average, 1, 1, PURE, NONE)      /* vector -> float */                                                             \
   OP(channel, 1, 1, PURE, NAMES(CHANNELS))                                                                             \
@@ -148,6 +154,9 @@ typedef enum blend_type { BLEND_TYPES(ENUMERATION) } blend_type;
 #undef ENUMERATION
 #define ENUMERATION(name) COORDINATE_##name,
 typedef enum coordinate_kind { COORDINATES(ENUMERATION) } coordinate_kind;
+#undef ENUMERATION
+#define ENUMERATION(name) PATH_##name,
+typedef enum light_path_kind { LIGHT_PATHS(ENUMERATION) } light_path_kind;
 #undef ENUMERATION
 #define ENUMERATION(name) MAPPING_##name,
 typedef enum mapping_type { MAPPING_TYPES(ENUMERATION) } mapping_type;

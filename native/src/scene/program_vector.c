@@ -67,6 +67,27 @@ OPERATION(coordinate)
   }
 }
 
+OPERATION(light_path)
+{
+  const ray_history *ray = &context->point->ray;
+  double value = 0;
+  switch ((light_path_kind)immediates[0]) {
+    case PATH_IS_CAMERA: value = (ray->kinds & RAY_CAMERA) != 0; break;
+    case PATH_IS_SHADOW: value = (ray->kinds & RAY_SHADOW) != 0; break;
+    case PATH_RAY_DEPTH: value = ray->bounces; break;
+    case PATH_TRANSPARENT_DEPTH: value = ray->transparent; break;
+    case PATH_IS_DIFFUSE: value = (ray->kinds & RAY_DIFFUSE) != 0; break;
+    case PATH_IS_GLOSSY: value = (ray->kinds & RAY_GLOSSY) != 0; break;
+    case PATH_IS_SINGULAR: value = (ray->kinds & RAY_SINGULAR) != 0; break;
+    case PATH_IS_REFLECTION: value = (ray->kinds & RAY_REFLECTION) != 0; break;
+    case PATH_IS_TRANSMISSION: value = (ray->kinds & RAY_TRANSMISSION) != 0; break;
+    case PATH_DIFFUSE_DEPTH: value = ray->diffuse; break;
+    case PATH_GLOSSY_DEPTH: value = ray->glossy; break;
+    case PATH_TRANSMISSION_DEPTH: value = ray->transmission; break;
+  }
+  *out = v3_splat(value);
+}
+
 OPERATION(fresnel)
 {
   const double ior = fmax(in[0]->x, 1e-5), cosine = fabs(v3_dot(context->point->wo, *in[1]));

@@ -131,12 +131,13 @@ vec3 shading_emission(const shading *shading, int material, const shade_point *p
   return set.emission;
 }
 
-vec3 shading_sky(const shading *shading, vec3 direction)
+vec3 shading_sky(const shading *shading, vec3 direction, const ray_history *ray)
 {
   if (!shading->has_world) return v3(0, 0, 0);
   const vec3 back = v3_scale(direction, -1);
-  const shade_point point = {.position = direction, .generated = direction, .wo = back, .geometric_normal = back,
-                             .normal = back, .ray_length = SKY_LENGTH};
+  shade_point point = {.position = direction, .generated = direction, .wo = back, .geometric_normal = back,
+                       .normal = back, .ray_length = SKY_LENGTH, .ray = *ray};
+  point.ray.bounces++; /* Cycles counts the sky as one further */
   closure_set set = {.closures = NULL};
   run(shading, &shading->world, &point, &set, 1);
   return set.emission;
@@ -152,6 +153,21 @@ int shading_may_emit(const shading *shading, int material)
 {
   const program *program = material_program(shading, material);
   return program && program->may_emit;
+}
+
+int shading_asks_scattering(const shading *shading, int material)
+{
+  const program *program = material_program(shading, material);
+  return program && program->asks_scattering;
+}
+
+int shading_sky_asks_scattering(const shading *shading) { return shading->has_world && shading->world.asks_scattering; }
+
+int shading_any_asks_scattering(const shading *shading)
+{
+  int any = shading_sky_asks_scattering(shading);
+  for (int i = 0; i < shading->material_count; i++) any |= shading->materials[i].asks_scattering;
+  return any;
 }
 
 int shading_lobe_max(const shading *shading)

@@ -17,6 +17,23 @@ typedef struct shading shading;
 /* How far away the sky is for materials that ask. */
 #define SKY_LENGTH 1e30
 
+/* The kinds of ray that materials can tell apart (Light Path node), as Cycles sorts them: what is scattered back by a mirror
+ * is GLOSSY and REFLECTION, what goes through glass GLOSSY and TRANSMISSION, what goes through paper DIFFUSE and
+ * TRANSMISSION, and what is sharp SINGULAR besides. A ray that passes straight through something stays what it was. */
+enum {
+  RAY_CAMERA = 1, RAY_SHADOW = 2, RAY_DIFFUSE = 4, RAY_GLOSSY = 8, RAY_TRANSMISSION = 16, RAY_REFLECTION = 32,
+  RAY_SINGULAR = 64
+};
+
+/* How a ray came to be. All zero: nothing is known of it. */
+typedef struct ray_history {
+  uint32_t kinds; /* RAY_* bits */
+  uint32_t bounces, diffuse, glossy, transmission; /* scatterings since the camera: all, and by kind of lobe */
+  uint32_t transparent; /* surfaces that it went straight through since the camera */
+} ray_history;
+/* The history that stands for all scattered rays where lights are weighed for sampling. */
+#define RAY_SCATTERED ((ray_history){RAY_DIFFUSE | RAY_GLOSSY | RAY_TRANSMISSION | RAY_REFLECTION, 1, 0, 0, 0, 0})
+
 /* Where and how a surface is looked at. All directions are local unit vectors in world axes (the ZAMO frame that stands
  * for the flat basis), so that a BSDF never knows that space is curved. */
 typedef struct shade_point {
@@ -35,6 +52,7 @@ typedef struct shade_point {
   float object_random;    /* in [0, 1], of the instance */
   int backfacing;        /* wo is behind the triangle's own normal */
   const mat4 *world_from_object, *object_from_world; /* of the instance; NULL: identity */
+  ray_history ray;       /* that looks */
 } shade_point;
 
 /* Runs `material` (an index from bent_scene_add_material, or anything else: default grey) at `point`. out->closures has
@@ -42,12 +60,16 @@ typedef struct shade_point {
 void shading_evaluate(const shading *shading, int material, const shade_point *point, closure_set *out);
 /* Only the radiance that leaves towards wo; cheaper. */
 vec3 shading_emission(const shading *shading, int material, const shade_point *point);
-/* Radiance of the scene's sky in the asymptotic world direction `direction`. */
-vec3 shading_sky(const shading *shading, vec3 direction);
+/* Radiance of the scene's sky in the asymptotic world direction `direction`, for a ray with this history. */
+vec3 shading_sky(const shading *shading, vec3 direction, const ray_history *ray);
 /* Nonzero if the material can be seen through (transparent closures), so that the ray may pass on. */
 int shading_may_be_transparent(const shading *shading, int material);
 /* Nonzero if the material can emit light. */
 int shading_may_emit(const shading *shading, int material);
+/* Nonzero if a material, or the sky, or any of them all asks by what kind of scattering a ray came. */
+int shading_asks_scattering(const shading *shading, int material);
+int shading_sky_asks_scattering(const shading *shading);
+int shading_any_asks_scattering(const shading *shading);
 /* The most lobes that any material can add at a point, at least 1. */
 int shading_lobe_max(const shading *shading);
 
