@@ -21,6 +21,14 @@ PRINCIPLED = {
     "normal": NORMAL,
     "emission_color": (1.0, 1.0, 1.0),
     "emission_strength": 0.0,
+    "anisotropy": 0.0,
+    "rotation": 0.0,
+    "tangent": (1.0, 0.0, 0.0),
+    "coat_weight": 0.0,
+    "coat_roughness": 0.03,
+    "coat_ior": 1.5,
+    "coat_tint": (1.0, 1.0, 1.0),
+    "coat_normal": NORMAL,
 }
 
 
@@ -38,8 +46,8 @@ def diffuse(color=1.0, roughness=0.0, normal=NORMAL, weight=1.0):
     return ("diffuse", (color, roughness, normal), None, weight)
 
 
-def glossy(color=1.0, roughness=0.5, normal=NORMAL, distribution="MULTI_GGX", weight=1.0):
-    return ("glossy", (color, roughness, normal), distribution, weight)
+def glossy(color=1.0, roughness=0.5, normal=NORMAL, distribution="MULTI_GGX", weight=1.0, anisotropy=0.0, rotation=0.0):
+    return ("glossy", (color, roughness, normal, anisotropy, rotation, (1.0, 0.0, 0.0)), distribution, weight)
 
 
 def glass(color=1.0, roughness=0.0, ior=1.5, normal=NORMAL, distribution="MULTI_GGX", weight=1.0):

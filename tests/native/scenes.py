@@ -24,7 +24,7 @@ def emission(color, strength=1.0):
 
 
 def glossy(color, roughness):
-    return ("glossy", color, roughness, (0, 0, 0), ["GGX"])
+    return ("glossy", color, roughness, (0, 0, 0), 0, 0, (0, 0, 0), ["GGX"])
 
 
 def glass(color, roughness, ior):

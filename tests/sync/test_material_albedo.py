@@ -45,6 +45,28 @@ def principled(tree, distribution="MULTI_GGX", **inputs):
     return new(tree, "BsdfPrincipled", inputs, distribution=distribution)
 
 
+def coated(tree, distribution="MULTI_GGX", **inputs):
+    inputs = {"Coat Weight": 0.8, "Coat Roughness": 0.0, "Coat IOR": 1.7, "Coat Tint": (0.9, 0.5, 0.7, 1)} | inputs
+    return principled(tree, distribution, **inputs)
+
+
+def tangent(tree):
+    """Not at right angles to any normal here."""
+    return new(tree, "CombineXYZ", {0: 0.9, 1: 0.5, 2: -0.3}).outputs[0]
+
+
+def stretched_glossy(tree, anisotropy, rotation, distribution="GGX"):
+    shader = glossy(tree, 0.5, distribution)
+    shader.inputs["Anisotropy"].default_value, shader.inputs["Rotation"].default_value = anisotropy, rotation
+    tree.links.new(tangent(tree), shader.inputs["Tangent"])
+    return shader
+
+
+def stretched(tree, anisotropic, rotation, **inputs):
+    settings = {"Anisotropic": anisotropic, "Anisotropic Rotation": rotation, "Tangent": tangent(tree)}
+    return principled(tree, Roughness=0.5, **settings, **inputs)
+
+
 def mixed(tree):
     a, b, c = diffuse(tree, 0), glossy(tree, 0.3, "GGX"), new(tree, "BsdfTransparent", {0: (0.3, 0.9, 0.5, 1)})
     first = new(tree, "MixShader", {0: 0.3, 1: a.outputs[0], 2: b.outputs[0]})
@@ -79,6 +101,17 @@ CASES = {
     "half_metal": lambda t: principled(t, Metallic=0.5, Alpha=0.6),
     "transmission": lambda t: principled(t, "GGX", **{"Transmission Weight": 1.0}),
     "transmission_smooth": lambda t: principled(t, Roughness=0.0, **{"Transmission Weight": 0.7}),
+    "coat": coated,
+    "coat_rough": lambda t: coated(t, **{"Coat Roughness": 0.5}),
+    "coat_roughest": lambda t: coated(t, **{"Coat Roughness": 1.0, "Coat Weight": 1.0, "Base Color": (1, 1, 1, 1)}),
+    "coat_on_metal": lambda t: coated(t, **{"Metallic": 1.0, "Coat IOR": 1.2}),
+    "coat_on_light": lambda t: coated(t, **{"Emission Strength": 2.0, "Emission Color": (1, 0.5, 0, 1), "Alpha": 0.7}),
+    "coat_slight": lambda t: coat_of_its_own(t, "slight"),
+    "coat_steep": lambda t: coat_of_its_own(t, "steep"),
+    "stretched": lambda t: stretched_glossy(t, 0.7, 0.0),
+    "stretched_across": lambda t: stretched_glossy(t, -0.6, 0.15, "MULTI_GGX"),
+    "stretched_metal": lambda t: stretched(t, 0.8, 0.3, Metallic=1.0),
+    "stretched_plastic": lambda t: stretched(t, 1.0, 0.7, **{"Coat Weight": 0.2}),
     "emitting": lambda t: principled(t, **{"Emission Strength": 1.5, "Alpha": 0.5}),
     "mixed": mixed,
 }
@@ -103,6 +136,11 @@ LOBES = {
 # Normals by the color of a map in world space. The slight one is 17 to 49 degrees from the quads' own, and their mirror
 # rays leave the surface. Those of the steep one, 60 to 77 degrees from them, would enter it if it were not raised.
 LEANS = {"slight": (0.725, 0.6, 0.935), "steep": (0.55, 0.93, 0.75)}
+
+
+def coat_of_its_own(tree, lean):
+    normal = new(tree, "NormalMap", {"Color": (*LEANS[lean], 1)}, space="WORLD")
+    return coated(tree, **{"Coat Normal": normal.outputs[0]})
 
 
 def leaning(build, color):

@@ -63,10 +63,58 @@ def test_unsupported_shader_becomes_diffuse():
 
 def test_unsupported_parts_of_the_principled_bsdf_are_named():
     def build(tree):
-        return new(tree, "BsdfPrincipled", {"Coat Weight": 0.5, "Sheen Weight": 1.0}).outputs[0]
+        return new(tree, "BsdfPrincipled", {"Subsurface Weight": 0.5, "Thin Film Thickness": 300.0}).outputs[0]
 
     _, warnings = shade(make_material(build))
-    assert len(warnings) == 1 and "Coat Weight" in warnings[0] and "Sheen Weight" in warnings[0]
+    assert len(warnings) == 1 and "Subsurface Weight" in warnings[0] and "Thin Film Thickness" in warnings[0]
+
+
+def scattered(material, **point):
+    """What a material scatters into some directions; it may give no warning."""
+    compiled, scene = compile_material(material, ImageTable()), bentlight_native.Scene()
+    assert not compiled.warnings
+    turn = np.linspace(0, 6, 20)
+    directions = np.stack([0.6 * np.cos(turn), 0.6 * np.sin(turn), np.full(20, 0.8)], axis=1)
+    return scene.evaluate_bsdf(scene.add_material(compiled.program), directions, **point)[0]
+
+
+def linked(tree, kind, inputs):
+    """A shader whose inputs come through links."""
+    return new(tree, kind, {name: new(tree, "Math", {0: x, 1: 0.0}).outputs[0] for name, x in inputs.items()})
+
+
+@pytest.mark.parametrize(
+    "kind, inputs",
+    [
+        ("BsdfPrincipled", {"Coat Weight": 0.7, "Coat Roughness": 0.4, "Coat IOR": 1.9, "Coat Tint": 0.5}),
+        ("BsdfPrincipled", {"Metallic": 1.0, "Anisotropic": 0.8, "Anisotropic Rotation": 0.1}),
+        ("BsdfAnisotropic", {"Anisotropy": -0.8, "Rotation": 0.1}),
+    ],
+)
+def test_linked_inputs_count_as_their_own_values(kind, inputs):
+    def own(tree):
+        values = {name: (x, x, x, 1) if "Tint" in name else x for name, x in inputs.items()}
+        return new(tree, kind, values).outputs[0]
+
+    point = {"wo": (0.6, 0.0, 0.8), "generated": (0.9, 0.2, 0.5)}
+    by_links = scattered(make_material(lambda tree: linked(tree, kind, inputs).outputs[0], "links"), **point)
+    by_values, plain = (
+        scattered(make_material(build, "values"), **point) for build in (own, lambda t: new(t, kind).outputs[0])
+    )
+    np.testing.assert_allclose(by_links, by_values, rtol=1e-6)
+    assert (np.abs(by_values / plain - 1) > 0.01).any()
+
+
+def test_a_tangent_that_is_not_linked_goes_around_the_object():
+    def build(tree, *links):
+        return new(tree, "BsdfAnisotropic", {"Anisotropy": 0.8} | dict(links)).outputs[0]
+
+    def around(tree):
+        return build(tree, ("Tangent", new(tree, "NewGeometry").outputs["Tangent"]))
+
+    for place in ((0.9, 0.2, 0.5), (0.3, 0.1, 0.5)):
+        alone, geometry = (scattered(make_material(b), generated=place) for b in (build, around))
+        np.testing.assert_array_equal(alone, geometry)
 
 
 def test_a_plain_material_gives_no_warning():

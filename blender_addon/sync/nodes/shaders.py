@@ -7,8 +7,6 @@ from .compiler import NodeView, shader_node
 # Inputs of the Principled BSDF that are not supported, with the value at which they do nothing.
 _PRINCIPLED_MISSING = {
     "Subsurface Weight": 0.0,
-    "Anisotropic": 0.0,
-    "Coat Weight": 0.0,
     "Sheen Weight": 0.0,
     "Thin Film Thickness": 0.0,
 }
@@ -35,8 +33,18 @@ def _principled(node: NodeView, weight: int) -> None:
         *("Base Color", "Metallic", "Roughness", "Diffuse Roughness", "IOR", "Specular IOR Level", "Specular Tint"),
         *("Transmission Weight", "Alpha", "Normal", "Emission Color", "Emission Strength"),
     )
-    operands = (node.normal() if name == "Normal" else node.input(name) for name in names)
+    operands = [node.normal() if name == "Normal" else node.input(name) for name in names]
+    operands += _stretch(node, "Anisotropic", "Anisotropic Rotation")
+    operands += [node.input(f"Coat {name}") for name in ("Weight", "Roughness", "IOR", "Tint")]
+    operands.append(node.constant(0.0) if node.is_default("Coat Weight", 0.0) else node.normal("Coat Normal"))
     node.emit("principled", weight, *operands, immediates=(_distribution(node),))
+
+
+def _stretch(node: NodeView, anisotropy: str, rotation: str) -> list[int]:
+    """The operands anisotropy, rotation and tangent: around the z axis of the object if no tangent is linked."""
+    if node.is_default(anisotropy, 0.0):
+        return [node.constant(0.0)] * 3
+    return [node.input(anisotropy), node.input(rotation), node.input("Tangent", lambda: node.coordinate("TANGENT"))]
 
 
 @shader_node("ShaderNodeBsdfDiffuse")
@@ -46,9 +54,9 @@ def _diffuse(node: NodeView, weight: int) -> None:
 
 @shader_node("ShaderNodeBsdfGlossy", "ShaderNodeBsdfAnisotropic")
 def _glossy(node: NodeView, weight: int) -> None:
-    _missing(node, {"Anisotropy": 0.0})
-    immediates = (_distribution(node),)
-    node.emit("glossy", weight, node.input("Color"), node.input("Roughness"), node.normal(), immediates=immediates)
+    operands = (node.input("Color"), node.input("Roughness"), node.normal())
+    stretch = _stretch(node, "Anisotropy", "Rotation")
+    node.emit("glossy", weight, *operands, *stretch, immediates=(_distribution(node),))
 
 
 @shader_node("ShaderNodeBsdfGlass")

@@ -14,6 +14,12 @@ static frame frame_around(vec3 z)
   v3_basis(z, &f.x, &f.y);
   return f;
 }
+/* In which the microfacets of a lobe are described. */
+static frame frame_of(const closure *c)
+{
+  return c->alpha == c->alpha_y ? frame_around(c->normal)
+                                : (frame){c->tangent, v3_cross(c->normal, c->tangent), c->normal};
+}
 static vec3 into_frame(const frame *f, vec3 v) { return v3(v3_dot(f->x, v), v3_dot(f->y, v), v3_dot(f->z, v)); }
 static vec3 out_of_frame(const frame *f, vec3 v)
 {
@@ -74,9 +80,9 @@ static lobe_value evaluate_microfacet(const closure *c, vec3 wo, vec3 wi)
   fresnel_colors(c, cos_i, &reflected, &transmitted, &cos_t);
   const double r = v3_average(reflected), t = v3_average(transmitted);
   if (r + t <= 0) return out;
-  const double lambda = ggx_lambda(wo.z, c->alpha), both = 1 + lambda + ggx_lambda(fabs(wi.z), c->alpha);
+  const double lambda = ggx_lambda(wo, c->alpha, c->alpha_y), both = 1 + lambda + ggx_lambda(wi, c->alpha, c->alpha_y);
   const double jacobian = through ? squared(c->ior / length) * fabs(cos_o) * cos_i : 0.25;
-  const double visible = ggx_density(h.z, c->alpha) * jacobian / (wo.z * (1 + lambda));
+  const double visible = ggx_density(h, c->alpha, c->alpha_y) * jacobian / (wo.z * (1 + lambda));
   out.pdf = visible * (through ? t : r) / (r + t);
   out.value = v3_scale(through ? transmitted : reflected, visible * (1 + lambda) / both * c->energy_scale);
   return out;
@@ -92,7 +98,7 @@ static lobe_value evaluate_lobe(const closure *c, const shade_point *point, vec3
   } else if (c->kind == CLOSURE_TRANSLUCENT) {
     out = evaluate_translucent(c, wi);
   } else {
-    const frame f = frame_around(c->normal);
+    const frame f = frame_of(c);
     out = evaluate_microfacet(c, into_frame(&f, point->wo), into_frame(&f, wi));
   }
   if (!through && c->kind == CLOSURE_DIFFUSE && v3_dot(c->normal, point->normal) < 1 - 1e-9)
@@ -150,17 +156,18 @@ static int draw_delta(const closure *c, const shade_point *point, double u, bsdf
 /* A direction from one rough lobe. */
 static int draw_rough(const closure *c, const shade_point *point, double u0, double u1, double u2, bsdf_sample *out)
 {
-  const frame f = frame_around(c->normal);
   if (c->kind == CLOSURE_DIFFUSE || c->kind == CLOSURE_TRANSLUCENT) {
+    const frame f = frame_around(c->normal);
     const int through = c->kind == CLOSURE_TRANSLUCENT;
     const double r = sqrt(u0), phi = 2 * MICROFACET_PI * u1, z = sqrt(max2(1 - u0, 0));
     out->wi = out_of_frame(&f, v3(r * cos(phi), r * sin(phi), through ? -z : z));
     out->lobe = through ? LOBE_TRANSMISSION : LOBE_DIFFUSE;
     return 1;
   }
+  const frame f = frame_of(c);
   const vec3 wo = into_frame(&f, point->wo);
   if (wo.z <= 0) return 0;
-  const vec3 h = ggx_sample_visible(wo, c->alpha, u0, u1);
+  const vec3 h = ggx_sample_visible(wo, c->alpha, c->alpha_y, u0, u1);
   const double cos_i = min2(v3_dot(wo, h), 1);
   if (cos_i <= 0) return 0;
   vec3 reflected, transmitted;

@@ -1,5 +1,5 @@
-/* Constructors of scattering lobes; the Principled BSDF as a stack of them. */
-#include "scene/closure.h"
+/* Constructors of scattering lobes. */
+#include "scene/closure_build.h"
 
 #include <math.h>
 #include <stddef.h>
@@ -11,7 +11,7 @@
 /* The smallest cosine that a reflection may leave a microfacet's surface with, if wo itself is not lower. */
 static const double LOWEST_REFLECTION = 0.01;
 
-static vec3 valid_normal(const shade_point *point, vec3 normal)
+vec3 closure_valid_normal(const shade_point *point, vec3 normal)
 {
   const double length = v3_length(normal);
   return length > 1e-12 && length < INFINITY ? v3_scale(normal, 1 / length) : point->normal;
@@ -40,21 +40,19 @@ static vec3 raise_reflection(const shade_point *point, vec3 normal)
   return v3_mad(x, sin(phi), v3_scale(ng, cos(phi)));
 }
 
-/* The next free lobe, or NULL if there is nothing to add. */
-static closure *next_closure(closure_set *set, closure_kind kind, vec3 weight)
+closure *closure_next(closure_set *set, closure_kind kind, vec3 weight)
 {
   if (!(v3_max(weight) > 0)) return NULL;
   closure *c = &set->closures[set->count++];
   c->kind = kind;
   c->fresnel = FRESNEL_NONE;
   c->weight = weight;
-  c->alpha = 0;
+  c->alpha = c->alpha_y = 0;
   c->ior = c->energy_scale = 1;
   return c;
 }
 
-/* The lobe is complete except for what follows from `albedo`, its directional albedo without the weight. */
-static void finish_closure(closure_set *set, closure *c, vec3 albedo)
+void closure_finish(closure_set *set, closure *c, vec3 albedo)
 {
   c->albedo = v3_mul(c->weight, albedo);
   c->share = v3_average(c->albedo);
@@ -84,9 +82,9 @@ double closure_oren_nayar_single(double sigma, double nl, double nv, double lv)
 void closure_add_diffuse(closure_set *set, const shade_point *point, vec3 weight, vec3 color, double roughness,
                          vec3 normal)
 {
-  closure *c = next_closure(set, CLOSURE_DIFFUSE, v3_positive(v3_mul(weight, v3_positive(color))));
+  closure *c = closure_next(set, CLOSURE_DIFFUSE, v3_positive(v3_mul(weight, v3_positive(color))));
   if (!c) return;
-  c->normal = valid_normal(point, normal);
+  c->normal = closure_valid_normal(point, normal);
   c->alpha = saturate(roughness);
   vec3 albedo = v3_splat(1);
   if (c->alpha > 0) { /* the second bounce has one factor of the color more than in the paper, as in Cycles */
@@ -98,7 +96,7 @@ void closure_add_diffuse(closure_set *set, const shade_point *point, vec3 weight
                                   rho.z * rho.z / (1 - rho.z * (1 - average))), scale);
     albedo = v3_add(v3_splat(single), v3_scale(c->multiscatter, M_PI * (1 - average)));
   }
-  finish_closure(set, c, albedo);
+  closure_finish(set, c, albedo);
 }
 
 /* Puts back the light lost between microfacets: `single` is the lobe's albedo without Fresnel, `average` its mean, and
@@ -112,48 +110,61 @@ static void compensate_energy(closure *c, double single, double average, vec3 fs
   c->weight = v3_mul(c->weight, v3_scale(v3_add(v3_splat(1), v3_scale(fms, missing)), 1 / c->energy_scale));
 }
 
-/* A reflecting lobe whose Fresnel fields are set: `colors` is its mean Fresnel color for this wo, `fss` over all. Returns
- * what the lobe takes from the layers below: light lost between microfacets is not given to them. */
-static vec3 finish_reflection(closure_set *set, closure *c, const shade_point *point, double roughness, vec3 colors,
-                              vec3 fss, int multiscatter)
+double closure_roughness(const closure *c) { return sqrt(sqrt(c->alpha * c->alpha_y)); }
+
+vec3 closure_finish_reflection(closure_set *set, closure *c, const shade_point *point, vec3 colors, vec3 fss,
+                               int multiscatter)
 {
-  const double mu = saturate(v3_dot(c->normal, point->wo));
-  double single = closure_is_delta(c) ? 1 : microfacet_reflection_albedo(roughness, mu);
+  const double mu = saturate(v3_dot(c->normal, point->wo)), roughness = closure_roughness(c);
+  const double single = closure_is_delta(c) ? 1 : microfacet_reflection_albedo(roughness, mu);
   if (multiscatter && single < 1)
     compensate_energy(c, single, microfacet_reflection_average(roughness), fss);
-  finish_closure(set, c, v3_scale(colors, single * c->energy_scale));
+  closure_finish(set, c, v3_scale(colors, single * c->energy_scale));
   return v3_mul(c->weight, colors);
 }
 
-static closure *next_microfacet(closure_set *set, closure_kind kind, const shade_point *point, vec3 weight,
-                                double roughness, vec3 normal)
+closure *closure_next_microfacet(closure_set *set, closure_kind kind, const shade_point *point, vec3 weight,
+                                 double roughness, vec3 normal)
 {
-  closure *c = next_closure(set, kind, weight);
+  closure *c = closure_next(set, kind, weight);
   if (!c) return NULL;
-  c->normal = raise_reflection(point, valid_normal(point, normal));
-  c->alpha = squared(saturate(roughness));
+  c->normal = raise_reflection(point, closure_valid_normal(point, normal));
+  c->alpha = c->alpha_y = squared(saturate(roughness));
   return c;
 }
 
-void closure_add_glossy(closure_set *set, const shade_point *point, vec3 weight, vec3 color, double roughness,
-                        vec3 normal, int multiscatter)
+void closure_stretch(closure *c, double factor, const stretch *stretch)
 {
-  closure *c = next_microfacet(set, CLOSURE_REFLECTION, point, v3_positive(v3_mul(weight, v3_positive(color))), roughness,
-                               normal);
-  if (c) finish_reflection(set, c, point, saturate(roughness), v3_splat(1), v3_saturate(color), multiscatter);
+  const vec3 across = v3_cross(c->normal, stretch->tangent);
+  const double length = v3_length(across);
+  if (!(length > 1e-12 && length < INFINITY && factor > 0)) return;
+  const vec3 y = v3_scale(across, 1 / length), x = v3_cross(y, c->normal);
+  const double angle = isfinite(stretch->rotation) ? 2 * M_PI * stretch->rotation : 0;
+  c->tangent = v3_add(v3_scale(x, cos(angle)), v3_scale(y, sin(angle)));
+  c->alpha = saturate(c->alpha * factor);
+  c->alpha_y = saturate(c->alpha_y / factor);
 }
 
-static double ior_beyond(const shade_point *point, double ior)
+void closure_add_glossy(closure_set *set, const shade_point *point, vec3 weight, vec3 color, double roughness,
+                        vec3 normal, const stretch *stretch, int multiscatter)
+{
+  closure *c = closure_next_microfacet(set, CLOSURE_REFLECTION, point, v3_positive(v3_mul(weight, v3_positive(color))),
+                                       roughness, normal);
+  if (!c) return;
+  const double anisotropy = min2(max2(stretch->anisotropy, -0.99), 0.99);
+  if (fabs(anisotropy) > 1e-4) closure_stretch(c, anisotropy < 0 ? 1 / (1 + anisotropy) : 1 - anisotropy, stretch);
+  closure_finish_reflection(set, c, point, v3_splat(1), v3_saturate(color), multiscatter);
+}
+
+double closure_ior_beyond(const shade_point *point, double ior)
 {
   const double valid = min2(max2(ior, 1e-3), 1e3);
   return point->backfacing ? 1 / valid : valid;
 }
 
-/* Glass with the Fresnel fields set; `fss` as in compensate_energy. */
-static void finish_glass(closure_set *set, closure *c, const shade_point *point, double roughness, vec3 fss,
-                         int multiscatter)
+void closure_finish_glass(closure_set *set, closure *c, const shade_point *point, vec3 fss, int multiscatter)
 {
-  const double mu = saturate(v3_dot(c->normal, point->wo));
+  const double mu = saturate(v3_dot(c->normal, point->wo)), roughness = closure_roughness(c);
   double single = 1;
   if (!closure_is_delta(c)) {
     single = microfacet_glass_albedo(roughness, mu, c->ior);
@@ -162,117 +173,47 @@ static void finish_glass(closure_set *set, closure *c, const shade_point *point,
   vec3 reflected, transmitted;
   double cos_t;
   fresnel_colors(c, mu, &reflected, &transmitted, &cos_t);
-  finish_closure(set, c, v3_scale(v3_add(reflected, transmitted), single * c->energy_scale));
+  closure_finish(set, c, v3_scale(v3_add(reflected, transmitted), single * c->energy_scale));
 }
 
 void closure_add_glass(closure_set *set, const shade_point *point, vec3 weight, vec3 color, double roughness, double ior,
                        vec3 normal, int multiscatter)
 {
-  closure *c = next_microfacet(set, CLOSURE_GLASS, point, v3_positive(v3_mul(weight, v3_positive(color))), roughness,
-                               normal);
+  closure *c = closure_next_microfacet(set, CLOSURE_GLASS, point, v3_positive(v3_mul(weight, v3_positive(color))),
+                                       roughness, normal);
   if (!c) return;
   c->fresnel = FRESNEL_DIELECTRIC;
-  c->ior = ior_beyond(point, ior);
+  c->ior = closure_ior_beyond(point, ior);
   c->transmission_color = v3_splat(1);
-  finish_glass(set, c, point, saturate(roughness), v3_saturate(color), multiscatter);
+  closure_finish_glass(set, c, point, v3_saturate(color), multiscatter);
 }
 
 void closure_add_refraction(closure_set *set, const shade_point *point, vec3 weight, vec3 color, double roughness,
                             double ior, vec3 normal)
 {
-  closure *c = next_microfacet(set, CLOSURE_REFRACTION, point, v3_positive(v3_mul(weight, v3_positive(color))), roughness,
-                               normal);
+  closure *c = closure_next_microfacet(set, CLOSURE_REFRACTION, point, v3_positive(v3_mul(weight, v3_positive(color))),
+                                       roughness, normal);
   if (!c) return;
-  c->ior = ior_beyond(point, ior);
+  c->ior = closure_ior_beyond(point, ior);
   vec3 reflected, transmitted;
   double cos_t;
   fresnel_colors(c, saturate(v3_dot(c->normal, point->wo)), &reflected, &transmitted, &cos_t);
   /* Microfacets may let light through where the surface as a whole would reflect it all. */
-  finish_closure(set, c, closure_is_delta(c) ? transmitted : v3_splat(1));
+  closure_finish(set, c, closure_is_delta(c) ? transmitted : v3_splat(1));
 }
 
 void closure_add_translucent(closure_set *set, const shade_point *point, vec3 weight, vec3 color, vec3 normal)
 {
-  closure *c = next_closure(set, CLOSURE_TRANSLUCENT, v3_positive(v3_mul(weight, v3_positive(color))));
+  closure *c = closure_next(set, CLOSURE_TRANSLUCENT, v3_positive(v3_mul(weight, v3_positive(color))));
   if (!c) return;
-  c->normal = raise_reflection(point, valid_normal(point, normal)); /* as Cycles, though nothing is reflected */
-  finish_closure(set, c, v3_splat(1));
+  c->normal = raise_reflection(point, closure_valid_normal(point, normal)); /* as Cycles, though nothing is reflected */
+  closure_finish(set, c, v3_splat(1));
 }
 
 void closure_add_transparent(closure_set *set, vec3 weight)
 {
-  closure *c = next_closure(set, CLOSURE_TRANSPARENT, v3_positive(weight));
-  if (c) finish_closure(set, c, v3_splat(1));
-}
-
-/* The layers of the Principled BSDF. Each adds its lobe with `weight` and returns what is left for those below. */
-static vec3 principled_metal(closure_set *set, const shade_point *point, vec3 weight, const principled *p)
-{
-  const double metallic = saturate(p->metallic), roughness = saturate(p->roughness);
-  const vec3 color = v3_saturate(p->base_color), f82 = v3_saturate(p->specular_tint);
-  closure *c = next_microfacet(set, CLOSURE_REFLECTION, point, v3_scale(weight, metallic), roughness, p->normal);
-  if (c) {
-    c->fresnel = FRESNEL_CONDUCTOR;
-    c->f0 = color;
-    c->edge = fresnel_conductor_edge(color, f82);
-    const double mu = saturate(v3_dot(c->normal, point->wo));
-    const vec3 fss = v3_saturate(v3_sub(v3_mix(color, v3_splat(1), 1.0 / 21), v3_scale(c->edge, 1.0 / 126)));
-    finish_reflection(set, c, point, roughness, fresnel_conductor(mu, c->f0, c->edge), fss, p->multiscatter);
-  }
-  return v3_scale(weight, 1 - metallic);
-}
-
-static vec3 principled_glass(closure_set *set, const shade_point *point, vec3 weight, const principled *p)
-{
-  const double transmission = saturate(p->transmission), roughness = saturate(p->roughness);
-  const vec3 color = v3_saturate(p->base_color);
-  closure *c = next_microfacet(set, CLOSURE_GLASS, point, v3_scale(weight, transmission), roughness, p->normal);
-  if (c) {
-    c->fresnel = FRESNEL_TINTED;
-    c->ior = ior_beyond(point, p->ior);
-    c->f0 = v3_saturate(v3_scale(v3_positive(p->specular_tint), fresnel_f0(c->ior)));
-    c->transmission_color = v3(sqrt(color.x), sqrt(color.y), sqrt(color.z));
-    finish_glass(set, c, point, roughness, c->transmission_color, p->multiscatter);
-  }
-  return v3_scale(weight, 1 - transmission);
-}
-
-static vec3 principled_specular(closure_set *set, const shade_point *point, vec3 weight, const principled *p)
-{
-  double eta = min2(max2(p->ior, 1e-3), 1e3), f0 = fresnel_f0(eta);
-  if (p->specular_level != 0.5) {
-    f0 *= 2 * positive(p->specular_level);
-    eta = eta < 1 ? 1 / fresnel_ior(f0) : fresnel_ior(f0);
-  }
-  if (eta == 1) return weight;
-  const double roughness = saturate(p->roughness);
-  closure *c = next_microfacet(set, CLOSURE_REFLECTION, point, weight, roughness, p->normal);
-  if (!c) return weight;
-  c->fresnel = FRESNEL_TINTED;
-  c->ior = eta;
-  c->f0 = v3_saturate(v3_scale(v3_positive(p->specular_tint), f0));
-  const double mu = saturate(v3_dot(c->normal, point->wo));
-  const double rise = closure_is_delta(c) ? fresnel_rise(fresnel_dielectric(mu, eta, NULL), eta)
-                                          : microfacet_fresnel_rise(roughness, mu, eta);
-  const vec3 fss = v3_mix(c->f0, v3_splat(1), fresnel_rise(fresnel_average(eta), eta));
-  const vec3 colors = v3_mix(c->f0, v3_splat(1), rise);
-  const vec3 albedo = finish_reflection(set, c, point, roughness, colors, fss, p->multiscatter);
-  const double most = max2(max2(weight.x > 0 ? albedo.x / weight.x : 0, weight.y > 0 ? albedo.y / weight.y : 0),
-                           weight.z > 0 ? albedo.z / weight.z : 0);
-  return v3_scale(weight, saturate(1 - most));
-}
-
-void closure_add_principled(closure_set *set, const shade_point *point, vec3 weight, const principled *p)
-{
-  const double alpha = saturate(p->alpha);
-  closure_add_transparent(set, v3_scale(weight, 1 - alpha));
-  weight = v3_scale(v3_positive(weight), alpha);
-  const vec3 emission = v3_scale(v3_positive(p->emission_color), positive(p->emission_strength));
-  set->emission = v3_add(set->emission, v3_mul(weight, emission));
-  weight = principled_metal(set, point, weight, p);
-  weight = principled_glass(set, point, weight, p);
-  weight = principled_specular(set, point, weight, p);
-  closure_add_diffuse(set, point, weight, p->base_color, p->diffuse_roughness, p->normal);
+  closure *c = closure_next(set, CLOSURE_TRANSPARENT, v3_positive(weight));
+  if (c) closure_finish(set, c, v3_splat(1));
 }
 
 void closure_set_finish(closure_set *set)

@@ -31,7 +31,9 @@ typedef struct closure {
   vec3 weight;              /* multiplies the lobe */
   vec3 normal;              /* after normal maps, on the side of wo */
   double share;             /* relative chance of being sampled; the set's shares sum to 1 after closure_set_finish */
-  double alpha;             /* microfacets: roughness^2; diffuse: Oren-Nayar roughness in [0, 1] */
+  double alpha;             /* microfacets: roughness^2, along the tangent; diffuse: Oren-Nayar roughness in [0, 1] */
+  double alpha_y;           /* microfacets: across the tangent */
+  vec3 tangent;             /* where alpha and alpha_y differ: a unit vector at right angles to the normal */
   double ior;               /* of the side beyond the surface relative to the side of wo */
   double energy_scale;      /* makes up for light lost between microfacets; 1 for single scattering */
   vec3 f0, edge;            /* Fresnel colors */
@@ -48,12 +50,19 @@ typedef struct closure_set {
   vec3 holdout;      /* the part of the surface that is a hole in the picture */
 } closure_set;
 
+/* How the roughness depends on the direction along the surface. */
+typedef struct stretch {
+  double anisotropy; /* 0: not at all */
+  double rotation;   /* of the tangent around the normal, in turns */
+  vec3 tangent;      /* any vector; if it says no direction along the surface, the roughness is the same all around */
+} stretch;
+
 /* Each adds at most one lobe with `weight` (colors >= 0, not finite counts as 0). `normal` may be any vector: a zero or
  * not finite one becomes the point's shading normal. Roughness is Blender's, in [0, 1]. */
 void closure_add_diffuse(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color, double roughness,
                          vec3 normal);
 void closure_add_glossy(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color, double roughness,
-                        vec3 normal, int multiscatter);
+                        vec3 normal, const stretch *stretch, int multiscatter);
 void closure_add_glass(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color, double roughness,
                        double ior, vec3 normal, int multiscatter);
 void closure_add_refraction(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color, double roughness,
@@ -62,12 +71,19 @@ void closure_add_translucent(closure_set *set, const struct shade_point *point, 
 void closure_add_transparent(closure_set *set, vec3 weight);
 
 typedef struct principled {
-  vec3 base_color, normal, specular_tint, emission_color;
+  vec3 base_color, normal, specular_tint, emission_color, coat_tint, coat_normal;
   double metallic, roughness, diffuse_roughness, ior, specular_level, transmission, alpha, emission_strength;
+  double coat_weight, coat_roughness, coat_ior;
+  stretch stretch;
   int multiscatter;
 } principled;
-enum { PRINCIPLED_LOBES = 5 }; /* at most: transparent, metal, glass, specular, diffuse */
+enum {
+  PRINCIPLED_LOBES = 5, /* at most: transparent, metal, glass, specular, diffuse */
+  PRINCIPLED_COAT_LOBES = 1
+};
 void closure_add_principled(closure_set *set, const struct shade_point *point, vec3 weight, const principled *p);
+/* Only the light that it emits, which is what closure_add_principled adds. */
+void closure_emit_principled(closure_set *set, const struct shade_point *point, vec3 weight, const principled *p);
 
 /* The single-scattering part of the rough diffuse lobe (without cosine and color), and its albedo. sigma is the roughness;
  * nl, nv, lv: cosines between normal, light and view. */
@@ -77,11 +93,12 @@ double closure_oren_nayar_albedo(double sigma, double cos_n);
 /* Normalizes the shares. Call once after the last add. */
 void closure_set_finish(closure_set *set);
 
-/* The smooth limit: below this a microfacet lobe is a delta. Blender's threshold. */
+/* The smooth limit: below this, in the geometric mean, a microfacet lobe is a delta. Blender's threshold. */
 #define CLOSURE_ALPHA_MIN 1.4142135623730951e-5
 static inline int closure_is_delta(const closure *c)
 {
   const int is_diffuse = c->kind == CLOSURE_DIFFUSE || c->kind == CLOSURE_TRANSLUCENT;
-  return c->kind == CLOSURE_TRANSPARENT || (!is_diffuse && c->alpha <= CLOSURE_ALPHA_MIN);
+  return c->kind == CLOSURE_TRANSPARENT ||
+         (!is_diffuse && c->alpha * c->alpha_y <= CLOSURE_ALPHA_MIN * CLOSURE_ALPHA_MIN);
 }
 #endif

@@ -1,4 +1,4 @@
-/* Isotropic GGX microfacets in the frame of the normal (z up), alpha > 0.
+/* GGX microfacets in the frame of the normal (z up), of roughness alpha_x > 0 along x and alpha_y > 0 along y.
  *
  * Walter et al., "Microfacet Models for Refraction through Rough Surfaces" (EGSR 2007); height-correlated Smith masking of
  * Heitz, "Understanding the Masking-Shadowing Function" (JCGT 2014); sampling by Dupuy and Benyoub, "Sampling Visible GGX
@@ -10,26 +10,34 @@
 
 #define MICROFACET_PI 3.14159265358979323846
 
-/* Density of normals at cos_h = n.h. */
-static inline double ggx_density(double cos_h, double alpha)
+/* Density of normals. */
+static inline double ggx_density(vec3 h, double alpha_x, double alpha_y)
 {
-  const double a2 = alpha * alpha, c2 = cos_h * cos_h, t = 1 - c2 + a2 * c2; /* 1 + (a2 - 1) c2 without cancellation */
-  return a2 / (MICROFACET_PI * t * t);
+  const double x = h.x / alpha_x, y = h.y / alpha_y, t = x * x + y * y + h.z * h.z;
+  return 1 / (MICROFACET_PI * alpha_x * alpha_y * t * t);
 }
-static inline double ggx_lambda(double cos_n, double alpha)
+/* Lambda for a slope of the surface's horizon: squared tangent to the normal, times the roughness squared. */
+static inline double ggx_lambda_of_slope(double slope2) { return (sqrt(1 + slope2) - 1) / 2; }
+static inline double ggx_lambda(vec3 w, double alpha_x, double alpha_y)
+{
+  const double x = alpha_x * w.x, y = alpha_y * w.y;
+  return ggx_lambda_of_slope((x * x + y * y) / (w.z * w.z));
+}
+/* Of one roughness all around, by the cosine to the normal. */
+static inline double ggx_lambda_isotropic(double cos_n, double alpha)
 {
   const double c2 = cos_n * cos_n;
-  return c2 >= 1 ? 0 : (sqrt(1 + alpha * alpha * (1 - c2) / c2) - 1) / 2;
+  return c2 >= 1 ? 0 : ggx_lambda_of_slope(alpha * alpha * (1 - c2) / c2);
 }
 
 /* A normal visible from w (w.z > 0), with density G1(w) max(0, w.h) D(h) / w.z. */
-static inline vec3 ggx_sample_visible(vec3 w, double alpha, double u0, double u1)
+static inline vec3 ggx_sample_visible(vec3 w, double alpha_x, double alpha_y, double u0, double u1)
 {
-  const vec3 stretched = v3_normalize(v3(alpha * w.x, alpha * w.y, w.z));
+  const vec3 stretched = v3_normalize(v3(alpha_x * w.x, alpha_y * w.y, w.z));
   const double phi = 2 * MICROFACET_PI * u0, z = (1 - u1) * (1 + stretched.z) - stretched.z;
   const double r = sqrt(max2(1 - z * z, 0));
   const vec3 h = v3_add(v3(r * cos(phi), r * sin(phi), z), stretched);
-  const vec3 normal = v3_normalize(v3(alpha * h.x, alpha * h.y, max2(h.z, 0)));
+  const vec3 normal = v3_normalize(v3(alpha_x * h.x, alpha_y * h.y, max2(h.z, 0)));
   return normal.z > 0 ? normal : v3(0, 0, 1);
 }
 

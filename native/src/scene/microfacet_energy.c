@@ -51,18 +51,19 @@ static void sample_normals(normals *n, double roughness, double mu, lattice latt
 {
   const double alpha = squared(fmax(roughness, 1e-3)), c = fmax(mu, 1e-4);
   const vec3 w = v3(sqrt(fmax(0, 1 - c * c)), 0, c);
-  *n = (normals){.mu = c, .alpha = alpha, .masking = 1 + ggx_lambda(c, alpha)};
+  *n = (normals){.mu = c, .alpha = alpha, .masking = 1 + ggx_lambda_isotropic(c, alpha)};
   for (int i = 0; i < lattice.count; i++) {
     const double t = (i + 0.5) / lattice.count, weight = 6 * t * (1 - t);
     n->total += weight;
-    const vec3 h = ggx_sample_visible(w, alpha, (double)i * lattice.step / lattice.count, t * t * (3 - 2 * t));
+    const vec3 h = ggx_sample_visible(w, alpha, alpha, (double)i * lattice.step / lattice.count,
+                                      t * t * (3 - 2 * t));
     const double cos_i = fmin(v3_dot(w, h), 1), up = reflect(w, h).z;
     if (cos_i <= 0) continue;
     n->weight[n->count] = (float)weight;
     n->cos_i[n->count] = (float)cos_i;
     n->cos_n[n->count] = (float)h.z;
     n->mirrored[n->count] = (float)(up > 0 ? weight : 0);
-    n->reflected[n->count++] = (float)(up > 0 ? weight * n->masking / (n->masking + ggx_lambda(up, alpha)) : 0);
+    n->reflected[n->count++] = (float)(up > 0 ? weight * n->masking / (n->masking + ggx_lambda_isotropic(up, alpha)) : 0);
   }
 }
 

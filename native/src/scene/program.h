@@ -9,7 +9,7 @@
 #include "scene/shading.h"
 #include "scene/texture.h"
 
-enum { PROGRAM_REGISTERS = 1024, OPERANDS_MAX = 16 };
+enum { PROGRAM_REGISTERS = 1024, OPERANDS_MAX = 24 };
 
 /* What an operation sees besides its operands. */
 typedef struct program_context {
@@ -137,14 +137,16 @@ void program_run(const program *program, program_context *context);
   OP(emission, 0, 3, EMITS, NONE)    /* weight, color, strength */                                                     \
   OP(transparent, 0, 2, SEE_THROUGH, NONE) /* weight, color */                                                         \
   OP(diffuse, 0, 4, SCATTERS, NONE)  /* weight, color, roughness, normal */                                            \
-  OP(glossy, 0, 4, SCATTERS, NAMES(DISTRIBUTIONS)) /* weight, color, roughness, normal */                              \
+  /* weight, color, roughness, normal, anisotropy, rotation, tangent */                                                \
+  OP(glossy, 0, 7, SCATTERS, NAMES(DISTRIBUTIONS))                                                                     \
   OP(glass, 0, 5, SCATTERS, NAMES(DISTRIBUTIONS)) /* weight, color, roughness, ior, normal */                          \
   OP(refraction, 0, 5, SCATTERS, NONE) /* weight, color, roughness, ior, normal */                                     \
   OP(translucent, 0, 3, SCATTERS, NONE) /* weight, color, normal */                                                    \
   OP(holdout, 0, 1, PER_POINT, NONE) /* weight */                                                                      \
   /* weight, base color, metallic, roughness, diffuse roughness, ior, specular level, specular tint, transmission,    \
-   * alpha, normal, emission color, emission strength */                                                               \
-  OP(principled, 0, 13, PRINCIPLED, NAMES(DISTRIBUTIONS))
+   * alpha, normal, emission color, emission strength, anisotropy, rotation, tangent, coat weight, coat roughness,    \
+   * coat ior, coat tint, coat normal */                                                                               \
+  OP(principled, 0, 21, PRINCIPLED, NAMES(DISTRIBUTIONS))
 
 #define ENUMERATION(name) name,
 typedef enum math_operation { MATH_OPERATIONS(ENUMERATION) } math_operation;

@@ -21,8 +21,9 @@ OPERATION(diffuse)
 
 OPERATION(glossy)
 {
+  const stretch stretch = {.anisotropy = in[4]->x, .rotation = in[5]->x, .tangent = *in[6]};
   if (!context->emission_only)
-    closure_add_glossy(context->set, context->point, *in[0], *in[1], in[2]->x, *in[3], immediates[0]);
+    closure_add_glossy(context->set, context->point, *in[0], *in[1], in[2]->x, *in[3], &stretch, immediates[0]);
 }
 
 OPERATION(glass)
@@ -52,11 +53,10 @@ OPERATION(principled)
   const principled p = {.base_color = *in[1], .metallic = in[2]->x, .roughness = in[3]->x,
                         .diffuse_roughness = in[4]->x, .ior = in[5]->x, .specular_level = in[6]->x,
                         .specular_tint = *in[7], .transmission = in[8]->x, .alpha = in[9]->x, .normal = *in[10],
-                        .emission_color = *in[11], .emission_strength = in[12]->x, .multiscatter = immediates[0]};
-  if (context->emission_only) {
-    const vec3 radiance = v3_scale(p.emission_color, positive(p.emission_strength) * saturate(p.alpha));
-    context->set->emission = v3_add(context->set->emission, v3_positive(v3_mul(*in[0], radiance)));
-  } else {
-    closure_add_principled(context->set, context->point, *in[0], &p);
-  }
+                        .emission_color = *in[11], .emission_strength = in[12]->x,
+                        .stretch = {in[13]->x, in[14]->x, *in[15]}, .coat_weight = in[16]->x,
+                        .coat_roughness = in[17]->x, .coat_ior = in[18]->x, .coat_tint = *in[19],
+                        .coat_normal = *in[20], .multiscatter = immediates[0]};
+  if (context->emission_only) closure_emit_principled(context->set, context->point, *in[0], &p);
+  else closure_add_principled(context->set, context->point, *in[0], &p);
 }

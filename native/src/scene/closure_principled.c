@@ -1,0 +1,131 @@
+/* The Principled BSDF as a stack of layers. Each adds its lobe and lets through what is left for those below.
+ *
+ * From the top: opacity, coat, emission, metal, glass, specular, diffuse. The model is that of Blender 4.5 and 5.0.
+ */
+#include <stddef.h>
+
+#include "scene/closure_build.h"
+#include "scene/fresnel.h"
+#include "scene/microfacet_energy.h"
+
+/* What a layer that takes `albedo` leaves of `weight`: gray, by the channel that it takes most of, so that it does not
+ * color the layers below by what it reflects. */
+static vec3 layer_below(vec3 weight, vec3 albedo)
+{
+  const double most = max2(max2(weight.x > 0 ? albedo.x / weight.x : 0, weight.y > 0 ? albedo.y / weight.y : 0),
+                           weight.z > 0 ? albedo.z / weight.z : 0);
+  return v3_scale(weight, saturate(1 - most));
+}
+
+/* Completes a dielectric reflection whose reflectance starts at f0. Returns what it takes from the layers below. */
+static vec3 finish_dielectric(closure_set *set, closure *c, const shade_point *point, double ior, vec3 f0,
+                              int multiscatter)
+{
+  c->fresnel = FRESNEL_TINTED;
+  c->ior = ior;
+  c->f0 = f0;
+  const double mu = saturate(v3_dot(c->normal, point->wo));
+  const double rise = closure_is_delta(c) ? fresnel_rise(fresnel_dielectric(mu, ior, NULL), ior)
+                                          : microfacet_fresnel_rise(closure_roughness(c), mu, ior);
+  const vec3 fss = v3_mix(f0, v3_splat(1), fresnel_rise(fresnel_average(ior), ior));
+  return closure_finish_reflection(set, c, point, v3_mix(f0, v3_splat(1), rise), fss, multiscatter);
+}
+
+/* Makes up for multiple scattering whatever the distribution. The tint is the color of light that goes straight down
+ * through the coat and up again; its thickness is 1. */
+static vec3 principled_coat(closure_set *set, const shade_point *point, vec3 weight, const principled *p)
+{
+  const double amount = saturate(p->coat_weight), ior = min2(max2(p->coat_ior, 1), 1e3);
+  closure *c = closure_next_microfacet(set, CLOSURE_REFLECTION, point, v3_scale(weight, amount), p->coat_roughness,
+                                       p->coat_normal);
+  if (!c) return weight;
+  const double sine2 = 1 - squared(v3_dot(c->normal, point->wo));
+  const double path = 1 / sqrt(max2(1 - sine2 / squared(ior), 1e-6));
+  weight = layer_below(weight, finish_dielectric(set, c, point, ior, v3_splat(fresnel_f0(ior)), 1));
+  const vec3 tint = v3_positive(p->coat_tint), through = v3(pow(tint.x, path), pow(tint.y, path), pow(tint.z, path));
+  return v3_positive(v3_mul(weight, v3_mix(v3_splat(1), through, amount)));
+}
+
+/* Of metal and specular: up to 10 times as rough along the tangent as across. */
+static void principled_stretch(closure *c, const principled *p)
+{
+  const double anisotropy = saturate(p->stretch.anisotropy);
+  if (anisotropy > 0) closure_stretch(c, 1 / sqrt(1 - 0.9 * anisotropy), &p->stretch);
+}
+
+static vec3 principled_metal(closure_set *set, const shade_point *point, vec3 weight, const principled *p)
+{
+  const double metallic = saturate(p->metallic), roughness = saturate(p->roughness);
+  const vec3 color = v3_saturate(p->base_color), f82 = v3_saturate(p->specular_tint);
+  closure *c = closure_next_microfacet(set, CLOSURE_REFLECTION, point, v3_scale(weight, metallic), roughness, p->normal);
+  if (c) {
+    principled_stretch(c, p);
+    c->fresnel = FRESNEL_CONDUCTOR;
+    c->f0 = color;
+    c->edge = fresnel_conductor_edge(color, f82);
+    const double mu = saturate(v3_dot(c->normal, point->wo));
+    const vec3 fss = v3_saturate(v3_sub(v3_mix(color, v3_splat(1), 1.0 / 21), v3_scale(c->edge, 1.0 / 126)));
+    closure_finish_reflection(set, c, point, fresnel_conductor(mu, c->f0, c->edge), fss, p->multiscatter);
+  }
+  return v3_scale(weight, 1 - metallic);
+}
+
+static vec3 principled_glass(closure_set *set, const shade_point *point, vec3 weight, const principled *p)
+{
+  const double transmission = saturate(p->transmission), roughness = saturate(p->roughness);
+  const vec3 color = v3_saturate(p->base_color);
+  closure *c = closure_next_microfacet(set, CLOSURE_GLASS, point, v3_scale(weight, transmission), roughness, p->normal);
+  if (c) {
+    c->fresnel = FRESNEL_TINTED;
+    c->ior = closure_ior_beyond(point, p->ior);
+    c->f0 = v3_saturate(v3_scale(v3_positive(p->specular_tint), fresnel_f0(c->ior)));
+    c->transmission_color = v3(sqrt(color.x), sqrt(color.y), sqrt(color.z));
+    closure_finish_glass(set, c, point, c->transmission_color, p->multiscatter);
+  }
+  return v3_scale(weight, 1 - transmission);
+}
+
+static vec3 principled_specular(closure_set *set, const shade_point *point, vec3 weight, const principled *p)
+{
+  double eta = min2(max2(p->ior, 1e-3), 1e3), f0 = fresnel_f0(eta);
+  if (p->specular_level != 0.5) {
+    f0 *= 2 * positive(p->specular_level);
+    eta = eta < 1 ? 1 / fresnel_ior(f0) : fresnel_ior(f0);
+  }
+  if (eta == 1) return weight;
+  closure *c = closure_next_microfacet(set, CLOSURE_REFLECTION, point, weight, p->roughness, p->normal);
+  if (!c) return weight;
+  principled_stretch(c, p);
+  const vec3 color = v3_saturate(v3_scale(v3_positive(p->specular_tint), f0));
+  return layer_below(weight, finish_dielectric(set, c, point, eta, color, p->multiscatter));
+}
+
+/* What is above emission: the weight that is left for it and the layers below. */
+static vec3 principled_upper_layers(closure_set *set, const shade_point *point, vec3 weight, const principled *p)
+{
+  return principled_coat(set, point, v3_scale(v3_positive(weight), saturate(p->alpha)), p);
+}
+
+static void add_emission(closure_set *set, vec3 weight, const principled *p)
+{
+  const vec3 emission = v3_scale(v3_positive(p->emission_color), positive(p->emission_strength));
+  set->emission = v3_add(set->emission, v3_mul(weight, emission));
+}
+
+void closure_emit_principled(closure_set *set, const shade_point *point, vec3 weight, const principled *p)
+{
+  closure above[PRINCIPLED_COAT_LOBES];
+  closure_set unused = {.closures = above};
+  add_emission(set, principled_upper_layers(&unused, point, weight, p), p);
+}
+
+void closure_add_principled(closure_set *set, const shade_point *point, vec3 weight, const principled *p)
+{
+  closure_add_transparent(set, v3_scale(weight, 1 - saturate(p->alpha)));
+  weight = principled_upper_layers(set, point, weight, p);
+  add_emission(set, weight, p);
+  weight = principled_metal(set, point, weight, p);
+  weight = principled_glass(set, point, weight, p);
+  weight = principled_specular(set, point, weight, p);
+  closure_add_diffuse(set, point, weight, p->base_color, p->diffuse_roughness, p->normal);
+}
