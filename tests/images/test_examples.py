@@ -16,6 +16,7 @@ import rendering
 import room_kerr
 import room_schwarzschild
 import room_wormhole
+import soft_shadow
 
 RENDER = Path(common.__file__).with_name("render.py")
 
@@ -27,6 +28,7 @@ RENDER = Path(common.__file__).with_name("render.py")
         (room_kerr, 0.5),
         (room_wormhole, 0.4),
         (lamps, 0.7),
+        (soft_shadow, 0.7),
         (flat, 0.25),
         (einstein_ring, 0.003),
     ],
