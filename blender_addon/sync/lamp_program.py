@@ -81,7 +81,7 @@ def _compile(compiler: Compiler, light: bpy.types.Light, weight: int) -> Compile
     else:
         compiler.coordinates = _coordinates(compiler, light)
         compile_output(compiler, tree, weight)
-    return Compiled(compiler.builder.build(compiler.owner), compiler.warnings, frozenset())
+    return Compiled(compiler.builder.build(compiler.owner), compiler.warnings, compiler.wanted)
 
 
 def _times(compiler: Compiler, weight: int, operation: str, *operands: float, immediates: tuple = ()) -> int:

@@ -11,12 +11,14 @@ Indices are places in those lists, which are those of the native scene if it is 
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import bpy
 from bentlight_native import Program, ProgramBuilder
 
 from ..report import Reporter
+from .attributes import AttributeKey, AttributeTable
 from .images import ImageTable, Pixels
 from .nodes import colors, inputs, procedural, shaders, textures, values  # noqa: F401  (they register their nodes)
 from .nodes.compiler import Compiler
@@ -27,18 +29,21 @@ class Compiled(NamedTuple):
 
     program: Program
     warnings: list[str]
-    uv_maps: frozenset[str]  # that its nodes ask for by name
+    wanted: dict[int, AttributeKey]  # attributes that its nodes ask for, by their numbers
 
 
-def compile_material(material: Any, images: ImageTable) -> Compiled:
-    """The surface of a material. Adds the images that it uses to `images`; raises RenderError if one is missing."""
+def compile_material(material: Any, images: ImageTable, attributes: AttributeTable | None = None) -> Compiled:
+    """The surface of a material. Adds the images and attributes that it uses to the tables; raises RenderError if an
+    image is missing."""
     compiler = Compiler(f"Material '{material.name}'", images, bpy.app.version, material.pass_index)
+    if attributes is not None:
+        compiler.attributes = attributes
     tree = node_tree(material)
     if tree is None:
         _viewport_surface(compiler, material)
     else:
         compile_output(compiler, tree)
-    return Compiled(compiler.builder.build(compiler.owner), compiler.warnings, frozenset(compiler.uv_maps))
+    return Compiled(compiler.builder.build(compiler.owner), compiler.warnings, compiler.wanted)
 
 
 def compile_world(world: Any, images: ImageTable) -> Compiled:
@@ -50,7 +55,7 @@ def compile_world(world: Any, images: ImageTable) -> Compiled:
         compiler.emit("emission", constant(1.0), constant(tuple(world.color)), constant(1.0))
     else:
         compile_output(compiler, tree)
-    return Compiled(compiler.builder.build(compiler.owner), compiler.warnings, frozenset(compiler.uv_maps))
+    return Compiled(compiler.builder.build(compiler.owner), compiler.warnings, compiler.wanted)
 
 
 def node_tree(datablock: Any) -> Any:
@@ -86,7 +91,8 @@ class MaterialTable:
         self._reporter = reporter
         self._images = ImageTable()
         self._index: dict[str, int] = {}
-        self._uv_maps: dict[str, frozenset[str]] = {}
+        self._attributes = AttributeTable()
+        self._wanted: dict[int, dict[int, AttributeKey]] = {}
         self.materials: list[Program] = []
         self.world: Program | None = None
 
@@ -100,24 +106,20 @@ class MaterialTable:
         """What the core needs of each image."""
         return self._images.images
 
-    def index_of(self, material: Any, uv_map: str | None = None) -> int:
-        """The index of a material; -1, the core's default gray, for None. Raises RenderError if an image is missing.
-
-        `uv_map` is the one that the core has of the mesh: a warning says if the material asks for another.
-        """
+    def index_of(self, material: Any) -> int:
+        """The index of a material; -1, the core's default gray, for None. Raises RenderError if an image is missing."""
         if material is None:
             return -1
         key = material.name_full
         if key not in self._index:
-            compiled = compile_material(material, self._images)
+            compiled = compile_material(material, self._images, self._attributes)
             self._index[key] = self._add(self.reported(compiled).program)
-            self._uv_maps[key] = compiled.uv_maps
-        for name in self._uv_maps[key] - {uv_map} if uv_map else ():
-            self._reporter.warn(
-                f"Material '{material.name}': only the UV map active in render, '{uv_map}', is supported yet; "
-                f"it is used instead of '{name}'"
-            )
+            self._wanted[self._index[key]] = compiled.wanted
         return self._index[key]
+
+    def wanted_by(self, indices: Iterable[int]) -> dict[int, AttributeKey]:
+        """The attributes that any of these materials asks for, by their numbers in the programs."""
+        return {number: key for index in indices for number, key in self._wanted.get(index, {}).items()}
 
     def add(self, compiled: Compiled) -> int:
         """The index of what was compiled elsewhere: the material of a lamp."""

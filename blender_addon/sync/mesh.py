@@ -11,6 +11,7 @@ from dataclasses import replace
 import bpy
 import numpy as np
 
+from .attributes import AttributeKey, Corners, read_mesh_attribute
 from .scene_data import MeshData
 
 _FARTHEST = 1e18  # Embree is blind to what lies farther out
@@ -18,10 +19,20 @@ _THINNEST = 5e-7  # height over length of a triangle: less may be rounding of fl
 _CHUNK = 4096  # triangles looked at in one go
 
 
-def read_mesh(obj: bpy.types.Object) -> tuple[MeshData, list[bpy.types.Material | None]] | None:
-    """The triangles of an evaluated mesh object and its data's materials by slot; None if it has no faces."""
+def read_mesh(obj: bpy.types.Object, wanted: dict[int, AttributeKey]) -> MeshData:
+    """The triangles of an evaluated mesh object, with the wanted attributes that it has."""
     mesh = obj.data
-    return (_triangles(mesh), list(mesh.materials)) if mesh.polygons else None
+    mesh.calc_loop_triangles()
+    loops = _get(mesh.loop_triangles, "loops", 3, np.int32)
+    polygons = _get(mesh.loop_triangles, "polygon_index", 1, np.int32)
+    vertices = _get(mesh.loops, "vertex_index", 1, np.int32)[loops]
+    data = _triangles(mesh, loops, vertices, polygons)
+    corners = Corners(loops, vertices, np.repeat(polygons[:, None], 3, axis=1))
+    for number, key in wanted.items():
+        values = read_mesh_attribute(obj, key, corners)
+        if values is not None:
+            data.attributes[number] = values
+    return data
 
 
 def drop_broken_triangles(data: MeshData) -> int:
@@ -36,6 +47,7 @@ def drop_broken_triangles(data: MeshData) -> int:
         values = getattr(data, name)
         if values is not None:
             setattr(data, name, np.ascontiguousarray(values[keep]))
+    data.attributes = {number: np.ascontiguousarray(values[keep]) for number, values in data.attributes.items()}
     return int((~keep).sum())
 
 
@@ -68,33 +80,29 @@ def _get(collection: bpy.types.bpy_prop_collection, name: str, width: int, dtype
     return values.reshape(-1, width) if width > 1 else values
 
 
-def _triangles(mesh: bpy.types.Mesh) -> MeshData:
-    mesh.calc_loop_triangles()
-    corners = _get(mesh.loop_triangles, "loops", 3, np.int32)
-    polygons = _get(mesh.loop_triangles, "polygon_index", 1, np.int32)
-    vertices = _get(mesh.vertices, "co", 3, np.float32)
-    corner_vertices = _get(mesh.loops, "vertex_index", 1, np.int32)
+def _triangles(mesh: bpy.types.Mesh, loops: np.ndarray, vertices: np.ndarray, polygons: np.ndarray) -> MeshData:
+    """loops, vertices (m, 3), polygons (m,): of the triangles' corners, and of the triangles."""
     return MeshData(
-        vertices=vertices,
-        triangles=corner_vertices[corners].astype(np.uint32),
-        corner_normals=_corner_normals(mesh, corners, corner_vertices),
-        corner_uvs=_corner_uvs(mesh, corners),
+        vertices=_get(mesh.vertices, "co", 3, np.float32),
+        triangles=vertices.astype(np.uint32),
+        corner_normals=_corner_normals(mesh, loops, vertices),
+        corner_uvs=_corner_uvs(mesh, loops),
         material_slots=_material_slots(mesh, polygons),
         generated=_generated(mesh),
     )
 
 
-def _corner_normals(mesh: bpy.types.Mesh, corners: np.ndarray, corner_vertices: np.ndarray) -> np.ndarray | None:
+def _corner_normals(mesh: bpy.types.Mesh, loops: np.ndarray, vertices: np.ndarray) -> np.ndarray | None:
     if mesh.normals_domain == "FACE":
         return None
     if mesh.normals_domain == "POINT":
-        return _get(mesh.vertex_normals, "vector", 3, np.float32)[corner_vertices[corners]]
-    return _get(mesh.corner_normals, "vector", 3, np.float32)[corners]
+        return _get(mesh.vertex_normals, "vector", 3, np.float32)[vertices]
+    return _get(mesh.corner_normals, "vector", 3, np.float32)[loops]
 
 
-def _corner_uvs(mesh: bpy.types.Mesh, corners: np.ndarray) -> np.ndarray | None:
+def _corner_uvs(mesh: bpy.types.Mesh, loops: np.ndarray) -> np.ndarray | None:
     layer = next((layer for layer in mesh.uv_layers if layer.active_render), None)
-    return None if layer is None else _get(layer.uv, "vector", 2, np.float32)[corners]
+    return None if layer is None else _get(layer.uv, "vector", 2, np.float32)[loops]
 
 
 def _material_slots(mesh: bpy.types.Mesh, polygons: np.ndarray) -> np.ndarray | None:

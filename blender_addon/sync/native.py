@@ -24,7 +24,7 @@ def build_scene(data: SceneData, progress: bentlight_native.Progress | None = No
         _set_program(scene.add_material, material)
     _set_program(scene.set_world, data.world)
     for mesh in data.meshes:
-        scene.add_mesh(
+        index = scene.add_mesh(
             mesh.vertices,
             mesh.triangles,
             corner_normals=mesh.corner_normals,
@@ -32,6 +32,8 @@ def build_scene(data: SceneData, progress: bentlight_native.Progress | None = No
             material_slots=mesh.material_slots,
             generated=mesh.generated,
         )
+        for number, values in mesh.attributes.items():
+            scene.set_mesh_attribute(index, number, values)
     for instance in data.instances:
         _add_instance(scene, instance)
     _set_suns(scene, data.suns)
@@ -58,7 +60,7 @@ def _set_program(setter: Callable, program: bentlight_native.Program | None) -> 
 
 def _add_instance(scene: bentlight_native.Scene, instance: InstanceData) -> None:
     try:
-        scene.add_instance(
+        index = scene.add_instance(
             instance.mesh,
             instance.world_from_mesh,
             materials=np.array(instance.materials, np.int32),
@@ -71,6 +73,8 @@ def _add_instance(scene: bentlight_native.Scene, instance: InstanceData) -> None
             receiver_set=instance.receiver_set,
             blocker_set=instance.blocker_set,
         )
+        for number, value in instance.attributes.items():
+            scene.set_instance_attribute(index, number, value)
     except ValueError as error:
         raise RenderError(f"Object '{instance.name}': {error}") from error
 

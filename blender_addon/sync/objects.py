@@ -9,6 +9,7 @@ import numpy as np
 
 from ..report import RenderError, Reporter
 from . import light, mesh, spacetime
+from .attributes import OBJECT_KINDS, AttributeKey, read_object_attribute
 from .light_linking import LightLinking
 from .material import MaterialTable
 from .scene_data import CameraData, InstanceData, LampData, MeshData, SceneData, Visibility
@@ -47,9 +48,10 @@ class _SceneReader:
     def __init__(self, depsgraph: bpy.types.Depsgraph, camera: CameraData, reporter: Reporter, studio: bool) -> None:
         self._reporter = reporter
         self._studio = studio
+        self._scene = depsgraph.scene_eval
         self._view_layer = depsgraph.view_layer_eval
         self._data = SceneData(camera=camera)
-        self._meshes: dict[int, tuple[int, list] | None] = {}
+        self._meshes: dict[tuple, int | None] = {}
         self._materials = MaterialTable(reporter)
         self._without_faces: set[str] = set()
         self._instancers: set[str] = set()
@@ -102,10 +104,15 @@ class _SceneReader:
 
     def _add_geometry(self, instance: bpy.types.DepsgraphObjectInstance, matrix: np.ndarray) -> None:
         obj = instance.object
-        found = self._mesh_of(obj)
-        if found is None:
+        if not obj.data.polygons:
+            if obj.original.type == "MESH" and obj.bentlight.kind == "NONE":
+                self._without_faces.add(obj.name)
             return
-        index, data_materials = found
+        materials = tuple(map(self._material_index, self._slots(obj, list(obj.data.materials))))
+        wanted = self._materials.wanted_by(materials)
+        index = self._mesh_of(obj, {n: key for n, key in wanted.items() if key.kind not in OBJECT_KINDS})
+        if index is None:
+            return
         if _is_singular(matrix):
             data = self._data.meshes[index]
             if not mesh.has_area(data, matrix):
@@ -119,11 +126,12 @@ class _SceneReader:
                 name=obj.name,
                 mesh=index,
                 world_from_mesh=matrix,
-                materials=tuple(self._material_index(m, _active_uv_map(obj)) for m in self._slots(obj, data_materials)),
+                materials=materials,
                 visibility=self._visibility(obj, instance.parent),
                 object_index=float(obj.pass_index),
                 color=tuple(obj.color),
                 random=_random_number(instance),
+                attributes=self._object_attributes(instance, wanted),
                 influence=self._linking.influence(obj),
                 receiver_set=receiver_set,
                 blocker_set=blocker_set,
@@ -136,13 +144,13 @@ class _SceneReader:
             raise RenderError(_ZERO_SIZE.format(instance.object.name))
         self._reporter.warn(f"Object '{instance.object.name}': instances of zero size are left out")
 
-    def _material_index(self, material: bpy.types.Material | None, uv_map: str | None) -> int:
+    def _material_index(self, material: bpy.types.Material | None) -> int:
         """Index of a material, or of what Cycles makes of an empty slot: gray, since Blender 5 a Principled BSDF."""
         if material is None and bpy.app.version >= (5, 0, 0):
             if self._empty_slot is None:
                 self._empty_slot = self._materials.principled()
             return self._empty_slot
-        return self._materials.index_of(material, uv_map)
+        return self._materials.index_of(material)
 
     def _slots(self, obj: bpy.types.Object, data_materials: list) -> list[bpy.types.Material | None]:
         """Materials by slot: the view layer's override, or the object's where a slot says so, else the data's."""
@@ -155,20 +163,24 @@ class _SceneReader:
                 slots[i] = slot.material
         return slots
 
-    def _mesh_of(self, obj: bpy.types.Object) -> tuple[int, list] | None:
-        """Index of the object's mesh, read once for all its users, and its data's materials; None if there is none."""
-        key = obj.data.as_pointer()
+    def _object_attributes(
+        self, instance: bpy.types.DepsgraphObjectInstance, wanted: dict[int, AttributeKey]
+    ) -> dict[int, tuple[float, ...]]:
+        return {
+            number: read_object_attribute(instance, self._scene, self._view_layer, key)
+            for number, key in wanted.items()
+            if key.kind in (*OBJECT_KINDS, "COLOR")
+        }
+
+    def _mesh_of(self, obj: bpy.types.Object, wanted: dict[int, AttributeKey]) -> int | None:
+        """Index of the object's mesh with the wanted attributes, read once for all its users; None if it is empty."""
+        key = obj.data.as_pointer(), frozenset(wanted)
         if key not in self._meshes:
-            self._meshes[key] = self._read_mesh(obj)
+            self._meshes[key] = self._read_mesh(obj, wanted)
         return self._meshes[key]
 
-    def _read_mesh(self, obj: bpy.types.Object) -> tuple[int, list] | None:
-        read = mesh.read_mesh(obj)
-        if read is None:
-            if obj.original.type == "MESH" and obj.bentlight.kind == "NONE":
-                self._without_faces.add(obj.name)
-            return None
-        data, materials = read
+    def _read_mesh(self, obj: bpy.types.Object, wanted: dict[int, AttributeKey]) -> int | None:
+        data = mesh.read_mesh(obj, wanted)
         broken = mesh.drop_broken_triangles(data)
         if broken:
             self._reporter.warn(
@@ -178,7 +190,7 @@ class _SceneReader:
                 return None
         if not mesh.has_area(data):
             raise RenderError(_ZERO_SIZE.format(obj.name))
-        return self._append_mesh(data), materials
+        return self._append_mesh(data)
 
     def _append_mesh(self, data: MeshData) -> int:
         self._data.meshes.append(data)
@@ -254,12 +266,6 @@ def _is_singular(matrix: np.ndarray) -> bool:
     """Whether a (4, 4) matrix flattens space."""
     axes = matrix[:3, :3]
     return abs(np.linalg.det(axes)) <= _SINGULAR * np.prod(np.linalg.norm(axes, axis=0))
-
-
-def _active_uv_map(obj: bpy.types.Object) -> str | None:
-    """Name of the one UV map that is read; None if there is none."""
-    layers = getattr(obj.data, "uv_layers", ())
-    return next((layer.name for layer in layers if layer.active_render), None)
 
 
 def _random_number(instance: bpy.types.DepsgraphObjectInstance) -> float:

@@ -36,6 +36,9 @@ class MeshData:
     corner_uvs: np.ndarray | None = None  # (m, 3, 2) float32
     material_slots: np.ndarray | None = None  # (m,) uint32, index into the instance's materials
     generated: np.ndarray | None = None  # (n, 3) float32, texture space coordinates, [0, 1] inside it
+    attributes: dict[int, np.ndarray] = field(
+        default_factory=dict
+    )  # (m, 3, 1 to 4) float32, by the number in materials
 
 
 @dataclass
@@ -51,6 +54,7 @@ class InstanceData:
     one_sided: bool = False
     color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)  # RGB and alpha, for materials that ask
     random: float = 0.0  # in [0, 1], likewise
+    attributes: dict[int, tuple[float, ...]] = field(default_factory=dict)  # four numbers, by the number in materials
     influence: Influence = EVERYONE  # of its own light
     receiver_set: int = 0  # by which the influence of others names it, as by the next
     blocker_set: int = 0

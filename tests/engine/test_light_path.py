@@ -1,7 +1,7 @@
 """What materials can ask about the ray that looks at them, through the whole engine, against Cycles.
 
-Tiles seen from above, one pixel each, below an even sky that shines with an output of the Light Path node. Mirrors, smooth
-glass and diffuse tiles pass on what they see unchanged, so that a single sample tells the value.
+Tiles seen from above, one pixel each, below an even sky that shines with an output of the Light Path node. Mirrors,
+smooth glass and diffuse tiles pass on what they see unchanged, so that a single sample tells the value.
 """
 
 import bpy

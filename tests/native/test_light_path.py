@@ -1,5 +1,5 @@
-"""Light that asks by what kind of lobe it is looked at: the three ways to find it agree with the sum over the lobes, each
-under the light that it sees."""
+"""Light that asks by what kind of lobe it is looked at: the three ways to find it agree with the sum over the lobes,
+each under the light that it sees."""
 
 import numpy as np
 import pytest

@@ -185,16 +185,6 @@ def test_one_image_in_several_materials_is_converted_once():
     assert len(table.images) == 1 and len(table.materials) == 2
 
 
-def test_a_uv_map_other_than_the_active_one_warns():
-    said = []
-    table = MaterialTable(Reporter(lambda level, text: said.append(text)))
-    material = make_material(lambda tree: emission(tree, new(tree, "UVMap", uv_map="Second").outputs[0]))
-    table.index_of(material, "Second")
-    assert said == []
-    table.index_of(material, "First")
-    assert len(said) == 1 and "'First'" in said[0] and "'Second'" in said[0]
-
-
 def test_links_in_a_circle_end():
     def build(tree):
         first, second = new(tree, "Math"), new(tree, "Math")

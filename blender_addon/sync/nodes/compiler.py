@@ -12,6 +12,7 @@ from typing import Any
 
 from bentlight_native import ProgramBuilder
 
+from ..attributes import AttributeKey, AttributeTable
 from ..images import ImageTable
 
 Outputs = dict[str, int]  # identifier of an output socket -> operand
@@ -66,7 +67,8 @@ class Compiler:
     material_index: int = 0  # the pass index of a material
     builder: ProgramBuilder = field(default_factory=ProgramBuilder)
     warnings: list[str] = field(default_factory=list)
-    uv_maps: set[str] = field(default_factory=set)  # that nodes ask for by name
+    attributes: AttributeTable = field(default_factory=AttributeTable)
+    wanted: dict[int, AttributeKey] = field(default_factory=dict)  # attributes that nodes ask for, by number
     coordinates: dict[str, Callable[[], int]] = field(default_factory=dict)
     _weights: dict[tuple, int] = field(default_factory=dict)  # of shader nodes that are still to be emitted
     _values: dict[tuple, Outputs] = field(default_factory=dict)
@@ -188,6 +190,13 @@ class NodeView:
         """One of the core's coordinates of the point, or what stands for it on a lamp."""
         instead = self.compiler.coordinates.get(kind)
         return instead() if instead else self.emit("coordinate", immediates=(kind,))
+
+    def attribute(self, kind: str, name: str = "") -> int:
+        """An attribute of the mesh or the instance: vector, number and alpha follow each other."""
+        key = AttributeKey(kind, name)
+        number = self.compiler.attributes.index_of(key)
+        self.compiler.wanted[number] = key
+        return self.emit("attribute", immediates=(number,))
 
     def emit(self, operation: str, *operands: int, immediates: tuple = ()) -> int:
         """An instruction; its first output, which the others follow."""

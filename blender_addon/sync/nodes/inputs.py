@@ -23,6 +23,19 @@ def _object_info(node: NodeView) -> Outputs:
     return _linked_coordinates(node, kinds) | {"Material Index": node.constant(node.compiler.material_index)}
 
 
+@value_node("ShaderNodeAttribute")
+def _attribute(node: NodeView) -> Outputs:
+    settings = node.node
+    vector = node.attribute(settings.attribute_type, settings.attribute_name)
+    return {"Color": vector, "Vector": vector, "Fac": vector + 1, "Alpha": vector + 2}
+
+
+@value_node("ShaderNodeVertexColor")
+def _color_attribute(node: NodeView) -> Outputs:
+    color = node.attribute("COLOR", node.node.layer_name)
+    return {"Color": color, "Alpha": color + 2}
+
+
 @value_node("ShaderNodeLightPath")
 def _light_path(node: NodeView) -> Outputs:
     """As Cycles counts; without volumes and ray portals there is nothing to tell of them."""

@@ -33,14 +33,10 @@ def _object_coordinate(node: NodeView, target: object) -> int:
 
 @value_node("ShaderNodeUVMap")
 def _uv_map(node: NodeView) -> Outputs:
-    _note_uv_map(node)
-    return {"UV": node.coordinate("UV")}
-
-
-def _note_uv_map(node: NodeView) -> None:
-    """Meshes have one UV map here, the one active in render: who knows the mesh can tell whether it is this."""
-    if node.node.uv_map:
-        node.compiler.uv_maps.add(node.node.uv_map)
+    if node.node.from_instancer:
+        node.warn("'From Instancer' is not supported yet; left out")
+    name = node.node.uv_map
+    return {"UV": node.attribute("GEOMETRY", name) if name else node.coordinate("UV")}
 
 
 @value_node("ShaderNodeMapping")
@@ -123,7 +119,6 @@ def _sky_texture(node: NodeView) -> Outputs:
 
 @value_node("ShaderNodeNormalMap")
 def _normal_map(node: NodeView) -> Outputs:
-    _note_uv_map(node)
     return {
         "Normal": node.emit("normal_map", node.input("Strength"), node.input("Color"), immediates=(node.node.space,))
     }

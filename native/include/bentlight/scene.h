@@ -64,6 +64,13 @@ typedef enum bent_visibility {
 } bent_visibility;
 
 bent_status bent_scene_add_mesh(bent_scene *scene, const bent_mesh *mesh, int *index, bent_error *error);
+/* Gives the corners of a mesh's triangles values that materials ask for by `id` (0 or more): (triangle_count, 3, components)
+ * finite floats, 1 to 4 components, copied. */
+bent_status bent_scene_set_mesh_attribute(bent_scene *scene, int mesh, int id, int components, size_t triangle_count,
+                                          const float *values, bent_error *error);
+/* The same of an instance as a whole; of a mesh that has the same attribute, its own counts. */
+bent_status bent_scene_set_instance_attribute(bent_scene *scene, int instance, int id, const float value[4],
+                                              bent_error *error);
 /* Replaces the vertices (and corner normals, if not NULL) of a mesh; the counts and everything else stay. The tree is
  * refitted while the vertices stay near where it was built, else rebuilt. */
 bent_status bent_scene_update_mesh(bent_scene *scene, int mesh, const bent_mesh *data, bent_error *error);

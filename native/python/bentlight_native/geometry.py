@@ -42,6 +42,17 @@ class GeometryMethods:
         """
         return super().add_mesh(vertices, triangles, corner_normals, corner_uvs, material_slots, generated)
 
+    def set_mesh_attribute(self, mesh: int, attribute: int, values: np.ndarray) -> None:
+        """Give the corners of a mesh's triangles values that materials ask for by a number (0 or more).
+
+        values: (m, 3, c) float32, finite, c from 1 to 4 components.
+        """
+        super().set_mesh_attribute(mesh, attribute, values)
+
+    def set_instance_attribute(self, instance: int, attribute: int, value: tuple[float, float, float, float]) -> None:
+        """The same of an instance as a whole. Where its mesh has that attribute too, the mesh's counts."""
+        super().set_instance_attribute(instance, attribute, value)
+
     def update_mesh(self, mesh: int, vertices: np.ndarray, *, corner_normals: np.ndarray | None = None) -> None:
         """Replace the vertices (n, 3) float32 of a mesh, n as before, and its corner normals if given.
 

@@ -20,7 +20,7 @@ void geometry_free(geometry *g)
   if (!g) return;
   if (g->top) embree()->release_scene(g->top);
   for (size_t i = 0; i < g->mesh_count; i++) mesh_clear(&g->meshes[i]);
-  for (size_t i = 0; i < g->instance_count; i++) free(g->instances[i].materials);
+  for (size_t i = 0; i < g->instance_count; i++) instance_clear(&g->instances[i]);
   free(g->meshes);
   free(g->instances);
   lenses_free(g->lenses, g->lens_count);

@@ -7,6 +7,7 @@
 #include "bentlight/sphere.h"
 #include "bentlight/table.h"
 #include "geometry/embree.h"
+#include "scene/attribute.h"
 
 typedef struct mesh {
   size_t vertex_count, triangle_count;
@@ -16,6 +17,7 @@ typedef struct mesh {
   float (*corner_uvs)[3][2];
   uint32_t *material_slots;
   float (*generated)[3];
+  attribute_list attributes;
 
   embree_scene scene;       /* NULL until an instance needs it */
   embree_geometry triangle; /* the one geometry in `scene` */
@@ -31,6 +33,7 @@ typedef struct instance {
   size_t material_count;
   uint32_t visibility;
   float object_index, color[4], random;
+  attribute_list attributes;
   uint32_t one_sided;
   bent_influence influence;
   uint32_t receiver_set, blocker_set;

@@ -40,6 +40,13 @@ void mesh_clear(mesh *m)
   void *const arrays[] = {m->vertices,  m->triangles, m->corner_normals, m->corner_uvs,
                           m->material_slots, m->generated, m->built};
   for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) free(arrays[i]);
+  attributes_free(&m->attributes);
+}
+
+void instance_clear(instance *i)
+{
+  free(i->materials);
+  attributes_free(&i->attributes);
 }
 
 static bent_status check_finite(const char *name, size_t n, const float (*v)[3], bent_error *error)
@@ -210,14 +217,40 @@ bent_status bent_scene_add_instance(bent_scene *scene, const bent_instance *data
   return BENT_OK;
 }
 
+static bent_status check_instance(const geometry *g, int index, bent_error *error)
+{
+  if (index >= 0 && (size_t)index < g->instance_count) return BENT_OK;
+  return bent_fail(error, BENT_ERROR_ARGUMENT, "instance: there is no instance %d, the scene has %zu", index,
+                   g->instance_count);
+}
+
+bent_status bent_scene_set_mesh_attribute(bent_scene *scene, int index, int id, int components, size_t triangle_count,
+                                          const float *values, bent_error *error)
+{
+  mesh *m = find_mesh(scene->geometry, index, error);
+  if (!m) return BENT_ERROR_ARGUMENT;
+  if (triangle_count != m->triangle_count)
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "attribute: values of %zu triangles, mesh %d has %zu", triangle_count,
+                     index, m->triangle_count);
+  scene_edited(scene);
+  return attribute_set(&m->attributes, id, components, 3 * triangle_count, values, "attribute", error);
+}
+
+bent_status bent_scene_set_instance_attribute(bent_scene *scene, int index, int id, const float value[4],
+                                              bent_error *error)
+{
+  const bent_status status = check_instance(scene->geometry, index, error);
+  if (status) return status;
+  scene_edited(scene);
+  return attribute_set(&scene->geometry->instances[index].attributes, id, 4, 1, value, "attribute", error);
+}
+
 bent_status bent_scene_update_instance(bent_scene *scene, int index, const double world_from_mesh[4][4],
                                        bent_error *error)
 {
   geometry *g = scene->geometry;
-  if (index < 0 || (size_t)index >= g->instance_count)
-    return bent_fail(error, BENT_ERROR_ARGUMENT, "instance: there is no instance %d, the scene has %zu", index,
-                     g->instance_count);
-  const bent_status status = set_transform(&g->instances[index], world_from_mesh, error);
+  bent_status status = check_instance(g, index, error);
+  if (!status) status = set_transform(&g->instances[index], world_from_mesh, error);
   if (status) return status;
   scene_edited(scene);
   g->changed = 1;
@@ -228,7 +261,7 @@ bent_status bent_scene_clear_instances(bent_scene *scene, bent_error *error)
 {
   (void)error;
   geometry *g = scene->geometry;
-  for (size_t i = 0; i < g->instance_count; i++) free(g->instances[i].materials);
+  for (size_t i = 0; i < g->instance_count; i++) instance_clear(&g->instances[i]);
   g->instance_count = 0;
   scene_edited(scene);
   g->changed = 1;

@@ -91,7 +91,9 @@ void surface_at(const bent_scene *scene, const bent_hit *hit, vec3 from, surface
                    .ray_length = v3_length(v3_sub(from, position)),
                    .object_color = {inst->color[0], inst->color[1], inst->color[2], inst->color[3]},
                    .barycentric = {hit->barycentric[0], hit->barycentric[1]},
-                   .world_from_object = &inst->world_from_mesh, .object_from_world = &inst->mesh_from_world};
+                   .world_from_object = &inst->world_from_mesh, .object_from_world = &inst->mesh_from_world,
+                   .mesh_attributes = &m->attributes, .instance_attributes = &inst->attributes,
+                   .triangle = hit->triangle};
   vec3 own = local_covector(&frame, mat4_transposed_vector(&inst->mesh_from_world, v3_cross(edge1, edge2)));
   if (!(v3_dot(own, own) > 0.5)) own = p.wo; /* a triangle without area is seen face on */
   vec3 smooth = own;

@@ -55,6 +55,34 @@ static PyObject *add_mesh(PyObject *self, PyObject *args)
   return result;
 }
 
+static PyObject *set_mesh_attribute(PyObject *self, PyObject *args)
+{
+  int mesh, id;
+  PyObject *values;
+  buffer b;
+  Py_ssize_t shape[3] = {-1, 3, -1};
+  bent_scene *scene = scene_value(self);
+  if (!scene || !PyArg_ParseTuple(args, "iiO:set_mesh_attribute", &mesh, &id, &values) ||
+      buffer_get(&b, values, "values", 'f', 3, shape, BUFFER_FINITE) < 0)
+    return NULL;
+  bent_error error;
+  const bent_status status = bent_scene_set_mesh_attribute(scene, mesh, id, (int)shape[2], (size_t)shape[0],
+                                                           buffer_data(&b), &error);
+  buffer_release(&b);
+  return none_or_error(status, &error);
+}
+
+static PyObject *set_instance_attribute(PyObject *self, PyObject *args)
+{
+  int instance, id;
+  float v[4];
+  bent_scene *scene = scene_value(self);
+  if (!scene || !PyArg_ParseTuple(args, "ii(ffff):set_instance_attribute", &instance, &id, &v[0], &v[1], &v[2], &v[3]))
+    return NULL;
+  bent_error error;
+  return none_or_error(bent_scene_set_instance_attribute(scene, instance, id, v, &error), &error);
+}
+
 static PyObject *update_mesh(PyObject *self, PyObject *args)
 {
   int index;
@@ -283,6 +311,9 @@ static PyObject *intersect(PyObject *self, PyObject *args)
 PyMethodDef scene_geometry_methods[] = {
     {"add_mesh", add_mesh, METH_VARARGS, "See bentlight_native.Scene.add_mesh."},
     {"update_mesh", update_mesh, METH_VARARGS, "See bentlight_native.Scene.update_mesh."},
+    {"set_mesh_attribute", set_mesh_attribute, METH_VARARGS, "See bentlight_native.Scene.set_mesh_attribute."},
+    {"set_instance_attribute", set_instance_attribute, METH_VARARGS,
+     "See bentlight_native.Scene.set_instance_attribute."},
     {"report_mesh", report_mesh, METH_VARARGS, "See bentlight_native.Scene.report_mesh."},
     {"add_instance", add_instance, METH_VARARGS, "See bentlight_native.Scene.add_instance."},
     {"update_instance", update_instance, METH_VARARGS, "See bentlight_native.Scene.update_instance."},

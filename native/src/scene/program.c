@@ -13,7 +13,8 @@ typedef struct row {
 } row;
 
 /* Immediates that are plain numbers. */
-static const char *const image_index[] = {NULL}, *const table_start[] = {NULL}, *const table_count[] = {NULL};
+static const char *const image_index[] = {NULL}, *const table_start[] = {NULL}, *const table_count[] = {NULL},
+                         *const attribute_id[] = {NULL};
 
 #define STRING(name) #name,
 #define NAMES(list) (const char *const[]){list(STRING) NULL}
@@ -57,6 +58,7 @@ static bent_status check_instruction(const bent_program *p, const int32_t *code,
     if (names == image_index) limit = image_count;
     else if (names == table_start) limit = (int64_t)p->table_length;
     else if (names == table_count) limit = (int64_t)p->table_length - immediates[i - 1] + 1;
+    else if (names == attribute_id) limit = INT32_MAX;
     else while (names[limit]) limit++;
     if (immediates[i] < (names == table_count) || immediates[i] >= limit)
       return bent_fail(error, BENT_ERROR_ARGUMENT, "program: %s at %zu: immediate %d is %d, not within 0 to %lld", name, at,

@@ -84,6 +84,7 @@ void program_run(const program *program, program_context *context);
 /* name, outputs, operands, kind, names of each immediate (NAMES(list), or what it is a number of) */
 #define PROGRAM_OPS(OP)                                                                                                \
   OP(coordinate, 1, 0, PER_POINT, NAMES(COORDINATES))                                                                  \
+  OP(attribute, 3, 0, PER_POINT, attribute_id) /* -> vector, number, alpha */                                          \
   OP(light_path, 1, 0, PER_POINT, NAMES(LIGHT_PATHS))                                                                  \
   OP(dot, 1, 2, PURE, NONE)                                                                                            \
   OP(average, 1, 1, PURE, NONE)      /* vector -> float */                                                             \

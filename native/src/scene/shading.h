@@ -10,6 +10,7 @@
 
 #include "base/vec3.h"
 #include "bentlight/shading.h"
+#include "scene/attribute.h"
 #include "scene/closure.h"
 
 typedef struct shading shading;
@@ -52,6 +53,8 @@ typedef struct shade_point {
   float object_random;    /* in [0, 1], of the instance */
   int backfacing;        /* wo is behind the triangle's own normal */
   const mat4 *world_from_object, *object_from_world; /* of the instance; NULL: identity */
+  const attribute_list *mesh_attributes, *instance_attributes; /* NULL: none */
+  int triangle;          /* of the mesh, for its attributes */
   ray_history ray;       /* that looks */
 } shade_point;
 
