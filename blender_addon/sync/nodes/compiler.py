@@ -6,7 +6,8 @@ function there and one operation in the core.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -73,6 +74,7 @@ class Compiler:
     _weights: dict[tuple, int] = field(default_factory=dict)  # of shader nodes that are still to be emitted
     _values: dict[tuple, Outputs] = field(default_factory=dict)
     _entered: list[tuple] = field(default_factory=list)
+    side: tuple[str, int] | None = None  # axis and filter width of the step beside the point that is compiled for
 
     @property
     def luminance(self) -> tuple[float, float, float]:
@@ -123,17 +125,25 @@ class Compiler:
             return unlinked()
         return self._convert(self.builder.constant(socket_value(source.socket)), source.socket.type, socket.type)
 
+    @contextmanager
+    def beside(self, side: tuple[str, int] | None) -> Iterator[None]:
+        """Within it, coordinates and attributes are those of a place beside the point, by a step along the axis "X" or
+        "Y" that is an operand wide. None: of the point itself."""
+        self.side, before = side, self.side
+        yield
+        self.side = before
+
     def _value_of(self, source: Origin, wanted: str, fallback: Any) -> int:
-        node, name = source.node, source.node.bl_label
-        if source.key not in self._values:
+        node, name, key = source.node, source.node.bl_label, (self.side, *source.key)
+        if key not in self._values:
             function = VALUE_NODES.get(node.bl_idname)
-            if function is None or source.key in self._entered:
+            if function is None or key in self._entered:
                 self.warn(node, f"'{name}' is not supported yet; a constant is used instead")
                 return self.builder.constant(fallback)
-            self._entered.append(source.key)
-            self._values[source.key] = function(NodeView(self, source.scope, node))
+            self._entered.append(key)
+            self._values[key] = function(NodeView(self, source.scope, node))
             self._entered.pop()
-        operand = self._values[source.key].get(source.socket.identifier)
+        operand = self._values[key].get(source.socket.identifier)
         if operand is None:
             self.warn(node, f"'{source.socket.name}' of '{name}' is not supported yet; a constant is used instead")
             return self.builder.constant(fallback)
@@ -189,14 +199,20 @@ class NodeView:
     def coordinate(self, kind: str) -> int:
         """One of the core's coordinates of the point, or what stands for it on a lamp."""
         instead = self.compiler.coordinates.get(kind)
-        return instead() if instead else self.emit("coordinate", immediates=(kind,))
+        return instead() if instead else self._read("coordinate", kind)
 
     def attribute(self, kind: str, name: str = "") -> int:
         """An attribute of the mesh or the instance: vector, number and alpha follow each other."""
         key = AttributeKey(kind, name)
         number = self.compiler.attributes.index_of(key)
         self.compiler.wanted[number] = key
-        return self.emit("attribute", immediates=(number,))
+        return self._read("attribute", number)
+
+    def _read(self, operation: str, what: str | int) -> int:
+        if self.compiler.side is None:
+            return self.emit(operation, immediates=(what,))
+        axis, width = self.compiler.side
+        return self.emit(f"{operation}_beside", width, immediates=(what, axis))
 
     def emit(self, operation: str, *operands: int, immediates: tuple = ()) -> int:
         """An instruction; its first output, which the others follow."""

@@ -117,6 +117,22 @@ def _sky_texture(node: NodeView) -> Outputs:
     return {"Color": node.emit("blend", node.constant(1.0), sky, disk, immediates=("ADD",))}
 
 
+@value_node("ShaderNodeBump")
+def _bump(node: NodeView) -> Outputs:
+    compiler = node.compiler
+    with compiler.beside(None):  # a bump within the height of another is one of the point itself
+        normal = node.normal()
+        if not node.socket("Height").is_linked:
+            return {"Normal": normal}
+        width = node.constant(0.1) if node.socket("Filter Width") is None else node.input("Filter Width")
+        strength, distance, heights = node.input("Strength"), node.input("Distance"), [node.input("Height")]
+    for axis in "XY":
+        with compiler.beside((axis, width)):
+            heights.append(node.input("Height"))
+    switch = "ON" if node.node.invert else "OFF"
+    return {"Normal": node.emit("bump", strength, distance, *heights, width, normal, immediates=(switch,))}
+
+
 @value_node("ShaderNodeNormalMap")
 def _normal_map(node: NodeView) -> Outputs:
     return {

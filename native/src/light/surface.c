@@ -93,7 +93,7 @@ void surface_at(const bent_scene *scene, const bent_hit *hit, vec3 from, surface
                    .barycentric = {hit->barycentric[0], hit->barycentric[1]},
                    .world_from_object = &inst->world_from_mesh, .object_from_world = &inst->mesh_from_world,
                    .mesh_attributes = &m->attributes, .instance_attributes = &inst->attributes,
-                   .triangle = hit->triangle};
+                   .triangle = hit->triangle, .edges = {edge1, edge2}};
   vec3 own = local_covector(&frame, mat4_transposed_vector(&inst->mesh_from_world, v3_cross(edge1, edge2)));
   if (!(v3_dot(own, own) > 0.5)) own = p.wo; /* a triangle without area is seen face on */
   vec3 smooth = own;
@@ -102,7 +102,9 @@ void surface_at(const bent_scene *scene, const bent_hit *hit, vec3 from, surface
     smooth = local_covector(&frame, mat4_transposed_vector(&inst->mesh_from_world, blend(w, n[0], n[1], n[2])));
     if (!(v3_dot(smooth, own) > 0)) smooth = own; /* garbage, or so coarse that it points inside */
   }
+  if (m->corner_uvs) p.corner_uvs = m->corner_uvs[hit->triangle];
   if (m->corner_uvs) set_uv(&p, m->corner_uvs[hit->triangle], w, edge1, edge2, inst, &frame, smooth);
+  for (int i = 0; m->generated && i < 3; i++) p.corner_generated[i] = m->generated[corner[i]];
   if (m->generated)
     p.generated = blend(w, m->generated[corner[0]], m->generated[corner[1]], m->generated[corner[2]]);
   p.backfacing = v3_dot(own, p.wo) < 0;

@@ -53,21 +53,23 @@ void path_block_free(path_block *block)
   *block = (path_block){0};
 }
 
-/* Angle of the image's central pixel; for orthographic cameras pixels have no angle and `tolerance` rules alone. */
-static double pixel_angle(const bent_scene *scene, const bent_render_settings *s)
+/* Size and angle of the image's central pixel; for orthographic cameras pixels have no angle. */
+static void measure_pixel(tracer *t)
 {
-  if (scene->camera->settings.kind == BENT_CAMERA_ORTHOGRAPHIC) return INFINITY;
   camera_ray a, b;
-  if (!camera_cast(scene->camera, 0.5, 0.5, &a) || !camera_cast(scene->camera, 0.5 + 1.0 / s->width, 0.5, &b))
-    return INFINITY;
-  return v3_length(v3_sub(a.direction, b.direction));
+  if (!camera_cast(t->scene->camera, 0.5, 0.5, &a) ||
+      !camera_cast(t->scene->camera, 0.5 + 1.0 / t->settings->width, 0.5, &b))
+    return;
+  t->pixel_size = v3_length(v3_sub(a.origin, b.origin));
+  t->pixel_slope = v3_length(v3_sub(a.direction, b.direction));
 }
 
 void tracer_init(tracer *t, const bent_scene *scene, const bent_render_settings *s)
 {
   *t = (tracer){.scene = scene, .settings = s, .angle = s->tolerance,
                 .asks_scattering = shading_any_asks_scattering(scene->shading)};
-  const double angle = 0.1 * pixel_angle(scene, s);
+  measure_pixel(t);
+  const double angle = 0.1 * t->pixel_slope;
   if (angle > 0 && angle < t->angle) t->angle = angle;
   sampler_init(&t->sampler);
   filter_init(&t->filter, s->filter, s->filter_width);
@@ -287,6 +289,8 @@ static int shade_surface(const tracer *t, batch *b, path *p, const reach *reach,
   surface surface;
   surface_at(t->scene, hit, p->scattered.position, &surface);
   surface.point.ray = p->ray;
+  p->way += hit->length;
+  surface.point.footprint = t->pixel_size + t->pixel_slope * p->way;
   if (p->vertex >= VERTICES_MAX || !can_leave(t, surface.point.position)) return 0;
   int goes_on = 1;
   if (surface.see_through) {

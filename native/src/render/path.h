@@ -19,6 +19,7 @@ typedef struct tracer {
   sampler sampler;
   pixel_filter filter;
   double angle; /* wanted angular error of a ray, radians */
+  double pixel_size, pixel_slope; /* of the central pixel: its size at the camera, and by how much that grows per length */
   int asks_scattering; /* some material wants to know by what kind of scattering a ray came */
 } tracer;
 
@@ -38,6 +39,7 @@ typedef struct path {
   vec3 radiance;     /* gathered so far */
   vec3 feature_beta; /* throughput of mirrors and glass before the surface that denoising features describe */
   double alpha, travelled, depth_per_length;
+  double way; /* length of all rays before this one */
   double winding, error; /* of the camera ray: half turns and radians */
   uint32_t pixel_key, sample;
   uint32_t vertex; /* surfaces met; numbers the random sets */

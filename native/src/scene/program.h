@@ -79,12 +79,17 @@ void program_run(const program *program, program_context *context);
 #define WAVE_PROFILES(X) X(SIN) X(SAW) X(TRI)
 #define DEPTHS(X) X(0) X(1) X(2) X(3) X(4) X(5) X(6) X(7) X(8) X(9) X(10)
 #define CHANNELS(N) N(X) N(Y) N(Z)
+#define SIDES(N) N(X) N(Y)
 #define SWITCH(X) X(OFF) X(ON)
 
 /* name, outputs, operands, kind, names of each immediate (NAMES(list), or what it is a number of) */
 #define PROGRAM_OPS(OP)                                                                                                \
   OP(coordinate, 1, 0, PER_POINT, NAMES(COORDINATES))                                                                  \
   OP(attribute, 3, 0, PER_POINT, attribute_id) /* -> vector, number, alpha */                                          \
+  OP(coordinate_beside, 1, 1, PER_POINT, NAMES(COORDINATES), NAMES(SIDES)) /* filter width */                          \
+  OP(attribute_beside, 3, 1, PER_POINT, attribute_id, NAMES(SIDES)) /* filter width -> as attribute */                 \
+  /* strength, distance, height here, beside it in X, in Y, filter width, normal; inverted */                          \
+  OP(bump, 1, 7, PER_POINT, NAMES(SWITCH))                                                                             \
   OP(light_path, 1, 0, PER_POINT, NAMES(LIGHT_PATHS))                                                                  \
   OP(dot, 1, 2, PURE, NONE)                                                                                            \
   OP(average, 1, 1, PURE, NONE)      /* vector -> float */                                                             \

@@ -55,6 +55,9 @@ typedef struct shade_point {
   const mat4 *world_from_object, *object_from_world; /* of the instance; NULL: identity */
   const attribute_list *mesh_attributes, *instance_attributes; /* NULL: none */
   int triangle;          /* of the mesh, for its attributes */
+  vec3 edges[2];         /* of the triangle, from its first corner to the others, in the object's axes */
+  const float (*corner_uvs)[2], *corner_generated[3]; /* of the triangle; NULL: none */
+  double footprint;      /* about the size of a pixel here, world units; 0: not known */
   ray_history ray;       /* that looks */
 } shade_point;
 
