@@ -5,9 +5,6 @@
 
 #include "base/vec3.h"
 
-/* Pairs between two looks at the cancel flag. */
-enum { BLOCK = 128 };
-
 static bent_status check_points(const bent_spacetime *spacetime, const char *name, size_t n, const double (*points)[3],
                                 bent_error *error)
 {
@@ -39,8 +36,6 @@ static bent_status check_request(const bent_spacetime *s, const connect_request 
     return bent_fail(error, BENT_ERROR_ARGUMENT, "min_share: must be in [0, 1), got %g", request->min_share);
   if (!(request->tolerance > 0) || isinf(request->tolerance))
     return bent_fail(error, BENT_ERROR_ARGUMENT, "tolerance: must be positive and finite, got %g", request->tolerance);
-  if (s->kind == BENT_KERR && s->spin != 0)
-    return bent_fail(error, BENT_ERROR_ARGUMENT, "spacetime: a Kerr hole with spin has no connections");
   if (request->far_side && s->kind != BENT_ELLIS)
     return bent_fail(error, BENT_ERROR_ARGUMENT, "far_side: only a wormhole has one");
   return BENT_OK;
@@ -100,13 +95,15 @@ static bent_status connect_all(const bent_spacetime *spacetime, size_t n, const 
                                bent_connection_count *count, bent_progress *progress, bent_error *error)
 {
   bent_connection_count counted = {0};
-  const int straight = bent_spacetime_is_flat(spacetime);
-  for (size_t first = 0; first < n; first += BLOCK) {
+  const int straight = bent_spacetime_is_flat(spacetime), spins = spacetime->kind == BENT_KERR && spacetime->spin != 0;
+  for (size_t first = 0; first < n; first += CONNECT_BLOCK) {
     if (progress && atomic_load_explicit(&progress->cancel, memory_order_relaxed))
       return bent_fail(error, BENT_CANCELLED, "connecting was cancelled after %zu of %zu pairs", first, n);
-    const size_t block = n - first < BLOCK ? n - first : BLOCK;
+    const size_t block = n - first < CONNECT_BLOCK ? n - first : CONNECT_BLOCK;
     const bent_connections results = from(out, first * request->max_images);
     if (straight) connect_straight(block, a + first, b + first, request, &results, &counted);
+    else if (spins)
+      BENT_CALL(bent_connect_kerr)(spacetime, block, a + first, b + first, request, &results, &counted);
     else
       BENT_CALL(bent_connect_pairs)(spacetime, block, a + first, b + first, request, &results, &counted);
     if (progress) atomic_fetch_add_explicit(&progress->done, block, memory_order_relaxed);

@@ -11,9 +11,16 @@ typedef struct connect_request {
   int sky, far_side;
 } connect_request;
 
+/* Most pairs of a call. */
+enum { CONNECT_BLOCK = 128 };
+
 /* Pairs 0 .. n-1 of checked points (`b`: nonzero vectors if request->sky); results at 0 .. n * max_images - 1 of `out`.
  * Schwarzschild, Kerr without spin, and Ellis; curved only. Adds to `count`. */
 BENT_DECLARE_KERNEL(void, bent_connect_pairs,
+                    (const bent_spacetime *spacetime, size_t n, const double (*a)[3], const double (*b)[3],
+                     const connect_request *request, const bent_connections *out, bent_connection_count *count))
+/* The same for Kerr with spin. */
+BENT_DECLARE_KERNEL(void, bent_connect_kerr,
                     (const bent_spacetime *spacetime, size_t n, const double (*a)[3], const double (*b)[3],
                      const connect_request *request, const bent_connections *out, bent_connection_count *count))
 #endif

@@ -1,0 +1,314 @@
+/* Aiming Kerr rays: the launch direction and Mino time with which a ray from a comes to b. Kernel code.
+ *
+ * Three numbers aim a ray, two angles of its launch direction and the Mino time at which it stops, and three say where it
+ * has come: w = 1/r and the angular position. Newton's method solves for them, damped by the natural monotonicity test
+ * (Deuflhard 2011, Newton Methods for Nonlinear Problems, section 3.2): a step counts if the next one, taken with the same
+ * Jacobian, is shorter. Where a ray surely passes the radius of b once on its last way, it stops there instead: beside the
+ * horizon frame dragging hardly knows a Mino time. And rays are aimed inward, because outward ones leave the neighborhood of
+ * the horizon only if they are launched well: where a is the inner end, b aims at a in the hole that spins the other way
+ * (time runs backwards), and the ray that was found is launched back once more from a, to be measured.
+ */
+#ifndef BENT_SPACETIME_CONNECT_AIM_H
+#define BENT_SPACETIME_CONNECT_AIM_H
+#include "base/lane_math.h"
+#include "spacetime/connect_flow.h"
+
+enum { AIM_TRIALS_MAX = 30 };
+/* Smallest part of a step of Newton's that is tried. */
+#define AIM_DAMPING_MIN 0.01
+/* Longest steps: radians, and relative in Mino time. */
+#define AIM_TURN_MAX 0.5
+#define AIM_STRETCH_MAX 0.6
+/* A miss from which on Newton's steps need no proof, and exchanged ends turn round. */
+#define AIM_NEAR 1e-5
+/* Truncation error of a step of the first trial, and of the final one in units of the tolerance. */
+#define AIM_TRUNCATION_FIRST 1e-4
+#define AIM_TRUNCATION 1e-2
+
+/* What a ray is aimed by. */
+typedef struct aim_setting {
+  lanes d[3]; /* launch direction, local components */
+  lanes time; /* Mino time */
+} aim_setting;
+
+/* One search a lane. All members are lanes, masks too: see aim_copy_lane. */
+typedef struct aim_task {
+  flow_place a, b;
+  lanes spin, sky;              /* spin as the ray sees it; mask: b is in the sky */
+  lanes exchanged, was_sky;     /* masks: a and b have changed places; a stands for the sky */
+  lanes lands;                  /* the ray stops at the radius of b: where w grows (1) or falls (-1); at a Mino time (0) */
+  lanes swept, calm;            /* angle to be swept, about; precision that trials need beyond the wanted one, e^-swept */
+  aim_setting base, trial;      /* where Newton stands, and what is tried */
+  lanes inverse[3][3], step[3], length; /* at the base: inverse Jacobian, Newton's step and its size */
+  lanes fresh;                  /* mask: there is no base */
+  lanes damping, truncation, trials;
+} aim_task;
+
+/* Where a trial has come. */
+typedef struct aim_shot {
+  lanes_mask whole;       /* it did not fall in before */
+  flow_ray ray;
+  lanes error[3];         /* b minus the end: w, and two angles */
+  lanes jacobian[3][3];   /* of the end: rows w and two angles; columns two launch angles and Mino time */
+  lanes missed, lever;    /* miss over the radius of b, in the sky an angle; its size per angle of launch */
+  lanes time, steps;
+} aim_shot;
+
+LANES_INLINE void aim_copy_lane(aim_task *to, int to_lane, const aim_task *from, int from_lane)
+{
+  typedef double __attribute__((may_alias)) word;
+  const word *source = (const word *)from + from_lane;
+  word *target = (word *)to + to_lane;
+  for (size_t k = 0; k < sizeof(aim_task) / sizeof(lanes); k++) target[k * LANES] = source[k * LANES];
+}
+
+LANES_INLINE void aim_select(lanes_mask mask, const aim_setting *from, aim_setting *to)
+{
+  for (int k = 0; k < 3; k++) to->d[k] = lanes_select(mask, from->d[k], to->d[k]);
+  to->time = lanes_select(mask, from->time, to->time);
+}
+
+/* A vector turned about the axis. */
+LANES_INLINE void aim_turn(lanes angle, const lanes in[3], lanes out[3])
+{
+  lanes sine, cosine;
+  lanes_sincos(angle, &sine, &cosine);
+  const lanes x = in[0], y = in[1];
+  out[0] = cosine * x - sine * y, out[1] = sine * x + cosine * y, out[2] = in[2];
+}
+
+/* angle / sin(angle) in [0, pi); for small angles by its series. */
+LANES_INLINE lanes aim_angle_over_sine(lanes sine, lanes cosine)
+{
+  lanes ratio = 1 + sine * sine * (1.0 / 6 + sine * sine * 0.075);
+  for (int i = 0; i < LANES; i++)
+    if (cosine[i] < 0.99999) ratio[i] = atan2(sine[i], cosine[i]) / sine[i];
+  return ratio;
+}
+
+/* The miss: the error across the ray. Lengths over the radius; in the sky angles at w = 0. */
+LANES_INLINE void aim_measure(const flow_place *b, lanes_mask sky, aim_shot *shot)
+{
+  const lanes scale = lanes_select(sky, lanes_all(1e30), 1 / lanes_select(sky, lanes_all(1), b->w));
+  const lanes(*j)[3] = shot->jacobian;
+  const lanes along[3] = {scale * j[0][2], j[1][2], j[2][2]};
+  const lanes inverse = 1 / lanes_max(lanes_dot(along, along), lanes_all(1e-300));
+  lanes size2[3];
+  for (int k = 0; k < 3; k++) {
+    const lanes x[3] = {scale * (k < 2 ? j[0][k] : shot->error[0]), k < 2 ? j[1][k] : shot->error[1],
+                        k < 2 ? j[2][k] : shot->error[2]};
+    const lanes part = lanes_dot(x, along) * inverse;
+    const lanes across[3] = {lanes_select(sky, lanes_all(0), x[0] - part * along[0]), x[1] - part * along[1],
+                             x[2] - part * along[2]};
+    size2[k] = lanes_dot(across, across);
+  }
+  shot->missed = lanes_sqrt(size2[2]), shot->lever = lanes_sqrt(size2[0] + size2[1]);
+}
+
+/* Compares the end of the ray with b. */
+LANES_INLINE void aim_compare(const flow_hole *hole, const flow_place *b, lanes_mask sky, aim_shot *shot)
+{
+  const lanes *target = b->n;
+  const flow_ray *ray = &shot->ray;
+  const lanes a = hole->spin, w = ray->w.value;
+  const lanes delta = (1 - hole->outer * w) * (1 - hole->inner * w);
+  const lanes drag_rate = a * w * (2 * ray->energy.value - a * ray->momentum.value * w) / delta;
+  lanes u[3], across[2][3], toward[3];
+  const lanes n[3] = {ray->n[0].value, ray->n[1].value, ray->n[2].value};
+  aim_turn(ray->drag.value, n, u);
+  const lanes cosine = lanes_dot(u, target);
+  for (int k = 0; k < 3; k++) toward[k] = target[k] - cosine * u[k];
+  const lanes ratio = aim_angle_over_sine(lanes_sqrt(lanes_dot(toward, toward)), cosine);
+  /* the target's basis, moved along the great circle to the ray's end */
+  flow_across(target, across);
+  for (int i = 0; i < 2; i++) {
+    const lanes shift = lanes_dot(across[i], u) / lanes_max(1 + cosine, lanes_all(1e-12));
+    for (int k = 0; k < 3; k++) across[i][k] -= shift * (u[k] + target[k]);
+    shot->error[1 + i] = ratio * lanes_dot(across[i], toward);
+  }
+  shot->error[0] = b->w - w;
+  for (int j = 0; j < 3; j++) {
+    const lanes turn = j < 2 ? ray->drag.by[j < 2 ? j : 0] : drag_rate;
+    lanes change[3], moved[3];
+    for (int k = 0; k < 3; k++) change[k] = j < 2 ? ray->n[k].by[j < 2 ? j : 0] : ray->m[k].value;
+    change[0] -= turn * n[1], change[1] += turn * n[0];
+    aim_turn(ray->drag.value, change, moved);
+    shot->jacobian[0][j] = j < 2 ? ray->w.by[j < 2 ? j : 0] : ray->v.value;
+    for (int i = 0; i < 2; i++) shot->jacobian[1 + i][j] = lanes_dot(across[i], moved);
+  }
+  aim_measure(b, sky, shot);
+}
+
+/* The trial, with its derivatives by `turns` launch angles. A ray that lands sets its Mino time. */
+LANES_INLINE aim_shot aim_shoot(aim_task *t, int turns)
+{
+  const flow_hole hole = flow_hole_of(t->spin);
+  const flow_metric metric = flow_metric_at(&hole, &t->a);
+  lanes e[2][3];
+  flow_across(t->trial.d, e);
+  aim_shot shot;
+  flow_launch(&hole, &t->a, &metric, t->trial.d, e, &shot.ray);
+  const lanes_mask lands = t->lands != 0;
+  lanes left = t->trial.time;
+  lanes_mask open = left > 0;
+  shot.whole = open, shot.steps = shot.time = lanes_all(0);
+  for (int i = 0; i < FLOW_STEPS_MAX && lanes_any(open); i++) {
+    flow_series series;
+    lanes h = flow_expand(&hole, &shot.ray, turns, t->truncation, &series);
+    const lanes before = t->lands * (series.w[0] - t->b.w), after = t->lands * (series_at(series.w, FLOW_ORDER, h) - t->b.w);
+    const lanes_mask over = lands & (before < 0) & (after >= 0);
+    if (lanes_any(over & open)) h = lanes_select(over, flow_crossing(&series, t->b.w, h), h);
+    h = lanes_select(open, lanes_select(lands, h, lanes_min(h, left)), lanes_all(0));
+    flow_advance(&hole, &series, turns, h, &shot.ray);
+    shot.time += h, shot.steps += lanes_select(open, lanes_all(1), lanes_all(0));
+    const lanes ahead = lanes_select(over, lanes_all(0), lanes_all(1));
+    left = lanes_select(open, lanes_select(lands, ahead, left - h), left);
+    const lanes w = shot.ray.w.value;
+    shot.whole &= ~open | ((1 - hole.outer * w > FLOW_FALLEN) & ((w > 0) | ~lands | over));
+    open &= (left > 0) & shot.whole;
+  }
+  shot.whole &= left == 0;
+  if (turns) aim_compare(&hole, &t->b, (lanes_mask)t->sky, &shot);
+  t->trial.time = lanes_select(lands & shot.whole, shot.time, t->trial.time);
+  return shot;
+}
+
+/* The inverse of the Jacobian, for relative steps in Mino time; not finite if there is none. */
+LANES_INLINE void aim_invert(const lanes jacobian[3][3], lanes time, lanes inverse[3][3])
+{
+  lanes m[3][3];
+  for (int i = 0; i < 3; i++) m[i][0] = jacobian[i][0], m[i][1] = jacobian[i][1], m[i][2] = jacobian[i][2] * time;
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++) {
+      const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+      inverse[j][i] = m[i1][j1] * m[i2][j2] - m[i1][j2] * m[i2][j1];
+    }
+  const lanes determinant = m[0][0] * inverse[0][0] + m[0][1] * inverse[1][0] + m[0][2] * inverse[2][0];
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++) inverse[i][j] /= determinant;
+}
+
+LANES_INLINE lanes aim_step(const lanes inverse[3][3], const lanes error[3], lanes step[3])
+{
+  for (int i = 0; i < 3; i++) step[i] = lanes_dot(inverse[i], error);
+  return lanes_sqrt(lanes_dot(step, step));
+}
+
+/* The setting that lies a step from another. */
+LANES_INLINE aim_setting aim_moved(const aim_setting *from, const lanes step[3])
+{
+  aim_setting to;
+  lanes e[2][3];
+  flow_across(from->d, e);
+  for (int k = 0; k < 3; k++) to.d[k] = from->d[k] + step[0] * e[0][k] + step[1] * e[1][k];
+  const lanes length = lanes_sqrt(lanes_dot(to.d, to.d));
+  for (int k = 0; k < 3; k++) to.d[k] /= length;
+  to.time = from->time * (1 + step[2]);
+  return to;
+}
+
+/* The largest part of a step that is not too long. */
+LANES_INLINE lanes aim_longest(const lanes step[3])
+{
+  const lanes turn = lanes_sqrt(step[0] * step[0] + step[1] * step[1]) * (1 / AIM_TURN_MAX);
+  return 1 / lanes_max(lanes_all(1), lanes_max(turn, lanes_abs(step[2]) * (1 / AIM_STRETCH_MAX)));
+}
+
+/* How a ray arrives at b: returns its local energy there; d: its local unit direction. */
+LANES_INLINE lanes aim_arrival(const flow_hole *hole, const flow_place *b, const flow_ray *ray, lanes d[3])
+{
+  const flow_metric g = flow_metric_at(hole, b);
+  lanes m[3], from[3] = {ray->m[0].value, ray->m[1].value, ray->m[2].value};
+  aim_turn(ray->drag.value, from, m);
+  const lanes south[3] = {g.cosine * g.east[1], -g.cosine * g.east[0], -g.sine}, root = lanes_sqrt(g.sigma);
+  d[0] = -ray->v.value / (root * lanes_sqrt(g.delta));
+  d[1] = lanes_dot(m, south) * b->w / root;
+  d[2] = (m[0] * g.east[0] + m[1] * g.east[1]) * b->w * root / lanes_sqrt(g.area);
+  const lanes length = lanes_sqrt(lanes_dot(d, d));
+  for (int k = 0; k < 3; k++) d[k] /= length;
+  return (ray->energy.value - g.drag * ray->momentum.value) / g.lapse;
+}
+
+/* Ends of lanes `which` change places, and time runs backwards. */
+LANES_INLINE void aim_exchange(aim_task *t, lanes_mask which)
+{
+  lanes *const a = (lanes *)&t->a, *const b = (lanes *)&t->b;
+  for (size_t k = 0; k < sizeof(flow_place) / sizeof(lanes); k++) {
+    const lanes other = a[k];
+    a[k] = lanes_select(which, b[k], other), b[k] = lanes_select(which, other, b[k]);
+  }
+  t->spin = lanes_select(which, -t->spin, t->spin);
+  t->exchanged = (lanes)((lanes_mask)t->exchanged ^ which);
+}
+
+/* Exchanged ends take their own places again: the ray is launched from where it has arrived. */
+LANES_INLINE void aim_turn_round(aim_task *t, const aim_shot *shot, lanes_mask which)
+{
+  lanes d[3];
+  const flow_hole hole = flow_hole_of(t->spin);
+  const lanes energy = aim_arrival(&hole, &t->b, &shot->ray, d);
+  const lanes_mask sky = (lanes_mask)t->was_sky & which;
+  const lanes beyond = lanes_select(sky, t->a.w / shot->ray.energy.value, lanes_all(0));
+  for (int k = 0; k < 3; k++) t->trial.d[k] = lanes_select(which, -d[k], t->trial.d[k]);
+  t->trial.time = lanes_select(which, (t->base.time + beyond) * energy, t->trial.time);
+  aim_exchange(t, which);
+  t->b.w = lanes_select(sky, lanes_all(0), t->b.w);
+  t->sky = (lanes)((lanes_mask)t->sky | sky);
+  t->lands = lanes_select(which, lanes_all(0), t->lands);
+  t->fresh = (lanes)((lanes_mask)t->fresh | which);
+  t->truncation = lanes_select(which, 1e-3 * t->truncation, t->truncation);
+}
+
+/* Estimated miss that truncation and rounding leave, see search_floor. */
+LANES_INLINE lanes aim_floor(const aim_task *t, const aim_shot *shot)
+{
+  const lanes growth = 1 + shot->lever * t->a.w * shot->ray.swept / t->trial.time;
+  return (t->truncation + 4 * EPSILON) * lanes_sqrt(shot->steps) * growth + EPSILON * (8 + shot->lever);
+}
+
+/* What has become of a trial. */
+typedef struct aim_result {
+  lanes_mask found, lost; /* the search is over; t->base is what aims the ray that was found, by the last shot */
+  lanes error;            /* estimated miss */
+} aim_result;
+
+/* One trial of the lanes in `busy`, and the choice of the next. A ray on the axis that comes to the axis may be turned about
+ * it: it has no step in that direction, and needs none. */
+LANES_INLINE aim_result aim_try(aim_task *t, double tolerance, lanes_mask busy, aim_shot *shot)
+{
+  *shot = aim_shoot(t, FLOW_TURNS);
+  lanes inverse[3][3], step[3], moved[3];
+  aim_invert(shot->jacobian, t->trial.time, inverse);
+  const lanes length = aim_step(inverse, shot->error, step);
+  const lanes shorter = aim_step(t->inverse, shot->error, moved);
+  const lanes_mask fresh = (lanes_mask)t->fresh, exchanged = (lanes_mask)t->exchanged;
+  const lanes finest = lanes_max(lanes_min(AIM_TRUNCATION * tolerance * t->calm, lanes_all(1e-6)), lanes_all(1e-16));
+  const lanes floor = aim_floor(t, shot);
+  const lanes_mask better = fresh | (shorter <= (1 - 0.25 * t->damping) * t->length) | (shot->missed <= AIM_NEAR);
+  const lanes_mask known = lanes_is_finite(length), hit = (shot->missed <= 0.1 * tolerance) | (shot->missed <= floor);
+  const lanes_mask accept = busy & shot->whole & better & (known | hit);
+  aim_result result = {.error = floor + shot->missed};
+  result.found = accept & hit & (t->truncation <= finest) & ~exchanged;
+  const lanes_mask turns = accept & exchanged & (shot->missed < AIM_NEAR);
+
+  aim_select(accept, &t->trial, &t->base);
+  for (int i = 0; i < 3; i++) {
+    for (int j = 0; j < 3; j++) t->inverse[i][j] = lanes_select(accept, inverse[i][j], t->inverse[i][j]);
+    t->step[i] = lanes_select(accept, lanes_select(known, step[i], lanes_all(0)), t->step[i]);
+  }
+  t->length = lanes_select(accept, length, t->length);
+  const lanes grown = lanes_min(lanes_select(fresh, lanes_all(1), 4 * t->damping), aim_longest(t->step));
+  t->damping = lanes_select(accept, grown, 0.3 * t->damping);
+  t->fresh = (lanes)(fresh & ~accept);
+  for (int i = 0; i < 3; i++) moved[i] = t->damping * t->step[i];
+  t->trial = aim_moved(&t->base, moved);
+  const lanes wanted = lanes_max(1e-2 * shot->missed * shot->missed * t->calm, finest);
+  t->truncation = lanes_select(accept & (shot->missed < 0.1) & ~exchanged, lanes_min(wanted, t->truncation), t->truncation);
+
+  t->trials += 1;
+  if (lanes_any(turns)) aim_turn_round(t, shot, turns);
+  result.lost = busy & ~turns & ~result.found &
+                ((fresh & ~accept) | (t->damping < AIM_DAMPING_MIN) | (t->trials >= AIM_TRIALS_MAX));
+  return result;
+}
+#endif

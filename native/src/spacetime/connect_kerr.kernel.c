@@ -1,0 +1,220 @@
+/* Connections around a spinning hole: for every image of a block of pairs a first guess, then the aim; a lane that is done
+ * takes the next pair. Pairs that fail are tried again by other rules. */
+#include <string.h>
+
+#include "spacetime/connect.h"
+#include "spacetime/connect_guess.h"
+
+/* A ray that winds otherwise than guessed, by this many radians, is another image. */
+#define SWEPT_APART 1.5
+/* Rays of a pair whose launch directions differ by less are the same, at images that are no caustic. */
+#define SAME 1e-6
+/* Sines of polar angles of places on the axis. */
+#define ON_AXIS (4 * EPSILON)
+
+/* One image of a pair. */
+typedef struct found_image {
+  bent_connection_status status;
+  double launch[3], arrival[3], spread, frequency_ratio, swept, error;
+} found_image;
+
+/* A block of pairs. */
+typedef struct block {
+  const connect_request *request;
+  double mass;
+  arc_space space; /* of the hole of mass 1 */
+  const double (*a)[3], (*b)[3];
+  found_image images[BENT_CONNECT_IMAGES_MAX][CONNECT_BLOCK]; /* by order and pair; lengths over M */
+} block;
+
+LANES_INLINE flow_place place_of(const block *block, const double (*points)[3], const uint32_t *index, size_t first,
+                                 size_t n, int sky)
+{
+  lanes x[3];
+  flow_place place;
+  lanes_load_rows(points, index, first, n, x);
+  if (sky) {
+    const lanes length = lanes_sqrt(lanes_dot(x, x));
+    for (int k = 0; k < 3; k++) place.n[k] = x[k] / length;
+    place.w = lanes_all(0), place.above = lanes_all(1);
+    return place;
+  }
+  kerr_place at;
+  for (int k = 0; k < 3; k++) x[k] /= block->mass;
+  place.w = kerr_place_at(&block->space, x, &at);
+  place.above = 1 / place.w - block->space.outer;
+  place.n[0] = at.sin_theta * at.cos_phi, place.n[1] = at.sin_theta * at.sin_phi, place.n[2] = at.cos_theta;
+  const lanes length = lanes_sqrt(lanes_dot(place.n, place.n));
+  for (int k = 0; k < 3; k++) place.n[k] /= length;
+  return place;
+}
+
+/* Local unit direction in scene axes. */
+LANES_INLINE void scene_direction(const flow_hole *hole, const flow_place *at, const lanes local[3], lanes out[3])
+{
+  const flow_metric g = flow_metric_at(hole, at);
+  const lanes stretch = lanes_sqrt(1 + hole->spin * hole->spin * at->w * at->w), inverse = 1 / lanes_sqrt(g.sigma);
+  const lanes sine = g.sine * inverse, cosine = g.cosine * inverse, x = g.east[1], y = -g.east[0];
+  const lanes er[3] = {sine * x, sine * y, stretch * cosine};
+  const lanes et[3] = {stretch * cosine * x, stretch * cosine * y, -sine};
+  const lanes ep[3] = {-y, x, lanes_all(0)};
+  for (int k = 0; k < 3; k++) out[k] = local[0] * er[k] + local[1] * et[k] + local[2] * ep[k];
+  const lanes length = lanes_sqrt(lanes_dot(out, out));
+  for (int k = 0; k < 3; k++) out[k] /= length;
+}
+
+/* What the aimed rays of lanes `done` are; lane i is pair target[i]. */
+static void report(block *block, const aim_task *t, const aim_shot *shot, const aim_result *result, const size_t *target,
+                   int order)
+{
+  const flow_hole hole = flow_hole_of(t->spin);
+  const flow_ray *ray = &shot->ray;
+  const int sky = block->request->sky;
+  const lanes E = ray->energy.value, width = sky ? lanes_all(1) : t->b.w * t->b.w;
+  lanes launch[3], components[3], arrival[3], local = E;
+  scene_direction(&hole, &t->a, t->base.d, launch);
+  for (int k = 0; k < 3; k++) arrival[k] = t->b.n[k];
+  if (!sky) {
+    local = aim_arrival(&hole, &t->b, ray, components);
+    scene_direction(&hole, &t->b, components, arrival);
+  }
+  /* Area across the ray: the determinant of the end's displacements by the launch angles and along the ray, in local
+   * measures of b, over the length of the latter. Lapse, local energy and the ZAMO's own motion combine to E w^2. */
+  const lanes(*j)[3] = shot->jacobian;
+  const lanes determinant = j[0][0] * (j[1][1] * j[2][2] - j[1][2] * j[2][1]) +
+                            j[0][1] * (j[1][2] * j[2][0] - j[1][0] * j[2][2]) +
+                            j[0][2] * (j[1][0] * j[2][1] - j[1][1] * j[2][0]);
+  const lanes sine_a = lanes_sqrt(t->a.n[0] * t->a.n[0] + t->a.n[1] * t->a.n[1]);
+  const lanes sine_b = lanes_sqrt(t->b.n[0] * t->b.n[0] + t->b.n[1] * t->b.n[1]);
+  const lanes_mask ring = (sine_a <= ON_AXIS) & (sine_b <= ON_AXIS) & (ray->swept > 1);
+  const lanes spread = lanes_select(ring, lanes_all(0), lanes_abs(determinant / (E * width)));
+  const lanes_mask right = lanes_abs(ray->swept - t->swept) < SWEPT_APART;
+  const lanes_mask sound = result->found & right & lanes_is_finite(spread + 1 / local) & lanes_is_finite(launch[0] + arrival[0]);
+  const lanes_mask done = result->found | result->lost;
+  for (int i = 0; i < LANES; i++) {
+    if (!done[i]) continue;
+    const int good = result->error[i] <= block->request->tolerance;
+    const bent_connection_status met = good ? ring[i] ? BENT_CONNECTION_RING : BENT_CONNECTION_MET : BENT_CONNECTION_COARSE;
+    found_image *image = &block->images[order][target[i]];
+    *image = (found_image){.status = sound[i] ? met : BENT_CONNECTION_FAILED, .spread = spread[i],
+                           .frequency_ratio = 1 / local[i], .swept = sound[i] ? ray->swept[i] : t->swept[i],
+                           .error = result->error[i]};
+    for (int k = 0; k < 3; k++) image->launch[k] = launch[k][i], image->arrival[k] = arrival[k][i];
+  }
+}
+
+/* Guesses for LANES pairs, index[first ..]. */
+static void begin(const block *block, const uint32_t *index, size_t first, size_t n, int order, int attempt, aim_task *t)
+{
+  memset(t, 0, sizeof *t);
+  t->a = place_of(block, block->a, index, first, n, 0);
+  t->b = place_of(block, block->b, index, first, n, block->request->sky);
+  t->sky = (lanes)lanes_mask_all(block->request->sky);
+  t->spin = lanes_all(block->space.spin);
+  guess_first(order, attempt, t);
+}
+
+/* Image `order` of the pairs index[0 .. n-1]. */
+static void aim_images(block *block, const uint32_t *index, size_t n, int order, int attempt)
+{
+  aim_task task, ready;
+  aim_shot shot;
+  size_t target[LANES] = {0}, loaded = 0;
+  int ready_at = 0, ready_count = 0;
+  unsigned busy = 0;
+  do {
+    for (int lane = 0; lane < LANES && loaded < n; lane++) {
+      if (busy >> lane & 1) continue;
+      if (ready_at == ready_count) {
+        begin(block, index, loaded, n, order, attempt, &ready);
+        if (!loaded) task = ready; /* idle lanes hold valid numbers */
+        ready_at = 0, ready_count = n - loaded < LANES ? (int)(n - loaded) : LANES;
+      }
+      aim_copy_lane(&task, lane, &ready, ready_at++);
+      target[lane] = index[loaded++], busy |= 1u << lane;
+    }
+    const aim_result result = aim_try(&task, block->request->tolerance, lanes_mask_from_bits(busy), &shot);
+    const unsigned done = lanes_bits(result.found | result.lost);
+    if (done) report(block, &task, &shot, &result, target, order);
+    busy &= ~done;
+  } while (busy || loaded < n);
+}
+
+/* Whether an image is one of the pair's earlier ones once more. */
+static int is_known(const block *block, size_t pair, int order)
+{
+  const found_image *image = &block->images[order][pair];
+  if (image->status == BENT_CONNECTION_RING) return 0;
+  for (int k = 0; k < order; k++) {
+    const found_image *other = &block->images[k][pair];
+    double apart = 0;
+    for (int i = 0; i < 3; i++) apart = fmax(apart, fabs(image->launch[i] - other->launch[i]));
+    if (other->status != BENT_CONNECTION_FAILED && apart < SAME && fabs(image->swept - other->swept) < 1) return 1;
+  }
+  return 0;
+}
+
+/* Image `order` of the pairs wanted[0 .. n-1], by as many attempts as it takes. */
+static void find_images(block *block, const uint32_t *wanted, size_t n, int order)
+{
+  uint32_t open[CONNECT_BLOCK];
+  memcpy(open, wanted, n * sizeof *open);
+  for (int attempt = 0; attempt < GUESS_ATTEMPTS && n; attempt++) {
+    aim_images(block, open, n, order, attempt);
+    size_t failed = 0;
+    for (size_t k = 0; k < n; k++) {
+      found_image *image = &block->images[order][open[k]];
+      if (is_known(block, open[k], order)) image->status = BENT_CONNECTION_FAILED;
+      if (image->status == BENT_CONNECTION_FAILED) open[failed++] = open[k];
+    }
+    n = failed;
+  }
+}
+
+static void store(const block *block, const found_image *image, size_t at, const bent_connections *out,
+                  bent_connection_count *count)
+{
+  const int none = image->status == BENT_CONNECTION_NONE, known = !none && image->status != BENT_CONNECTION_FAILED;
+  const double area = block->request->sky ? 1 : block->mass * block->mass;
+  size_t *const counters[] = {&count->none, &count->met, &count->ring, &count->coarse, &count->failed};
+  ++*counters[image->status];
+  if (out->status) out->status[at] = (uint8_t)image->status;
+  if (out->spread) out->spread[at] = known ? image->spread * area : NAN;
+  if (out->frequency_ratio) out->frequency_ratio[at] = known ? image->frequency_ratio : NAN;
+  if (out->swept) out->swept[at] = none ? NAN : image->swept;
+  if (out->error) out->error[at] = known ? image->error : NAN;
+  for (int k = 0; k < 3; k++) {
+    if (out->launch) out->launch[at][k] = known ? image->launch[k] : NAN;
+    if (out->arrival) out->arrival[at][k] = known ? image->arrival[k] : NAN;
+  }
+}
+
+void BENT_KERNEL(bent_connect_kerr)(const bent_spacetime *spacetime, size_t n, const double (*a)[3], const double (*b)[3],
+                                    const connect_request *request, const bent_connections *out,
+                                    bent_connection_count *count)
+{
+  const bent_spacetime unit = {.kind = BENT_KERR, .chart = BENT_CHART_OBLATE, .mass = 1,
+                               .spin = spacetime->spin / spacetime->mass};
+  block block = {.request = request, .mass = spacetime->mass, .space = arc_space_make(&unit), .a = a, .b = b};
+  uint32_t wanted[CONNECT_BLOCK];
+  double sum[CONNECT_BLOCK] = {0};
+  size_t open = n;
+  for (size_t i = 0; i < n; i++) wanted[i] = (uint32_t)i;
+  for (int order = 0; order < (int)request->max_images; order++) {
+    find_images(&block, wanted, open, order);
+    size_t kept = 0;
+    for (size_t k = 0; k < open; k++) {
+      found_image *image = &block.images[order][wanted[k]];
+      const double share = image->status == BENT_CONNECTION_FAILED ? 0 : 1 / fmax(image->spread, 1e-300);
+      if (image->status != BENT_CONNECTION_FAILED && share < request->min_share * sum[wanted[k]]) {
+        image->status = BENT_CONNECTION_NONE;
+        continue;
+      }
+      sum[wanted[k]] += share;
+      wanted[kept++] = wanted[k];
+    }
+    open = kept;
+    for (size_t i = 0; i < n; i++)
+      store(&block, &block.images[order][i], i * request->max_images + (size_t)order, out, count);
+  }
+}
