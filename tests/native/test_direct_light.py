@@ -232,6 +232,7 @@ SPACETIMES = {
     "isotropic": Spacetime.schwarzschild(0.1),
     "areal": Spacetime.schwarzschild(0.1, "areal"),
     "wormhole": Spacetime.ellis(0.3),
+    "spinning": Spacetime.kerr(0.15, 0.14),
 }
 MATERIALS = {
     "diffuse": diffuse((0.8, 0.5, 0.2)),
@@ -289,13 +290,36 @@ def test_furnace(spacetime):
     perspective(scene, look_at((-3, -4, 0), (-3, 0, 0)), half=0.6)
     scene.commit()
     settings = {"max_bounces": 60, "diffuse_bounces": 60, "roulette_start": 60, "names": ("combined",)}
-    if spacetime in ("isotropic", "areal"):  # the hole takes light: chance is the measure
+    if spacetime in ("isotropic", "areal", "spinning"):  # the hole takes light: chance is the measure
         exact = render(scene, 16, 16, 32, light_sampling="SCATTERING", **settings)[0]["combined"][..., 0]
         both = render(scene, 16, 16, 32, **settings)[0]["combined"][..., 0]
         difference = (both - exact).astype(float)
         assert abs(z_score(difference, 0)) < 4
     else:
         assert abs(z_score(render(scene, 24, 24, 16, **settings)[0]["combined"][..., 0], 1)) < 4
+
+
+def test_small_lights_beside_a_spinning_hole():
+    """Where dragging is strong, chance and connections agree: surfaces at rest in the scene move past the ZAMO."""
+    scene = new_scene()
+    scene.set_spacetime(Spacetime.kerr(0.25, 0.24), placed(0, 0, 0.8))
+    add(scene, quad(1.5, 1.5), diffuse((0.8,) * 3))
+    for sign in (-1, 1):
+        side = np.array([[0, 0, sign, 0], [0, 1, 0, 0], [-sign, 0, 0, 0], [0, 0, 0, 1.0]])
+        at = placed(0.75 * sign, 0.1, 0.8) @ side @ np.diag([0.15, 0.15, 0.15, 1])
+        add(scene, quad(), emission((10.0 + sign, 0, 5 - 5 * sign)), at=at)
+    perspective(scene, look_at((0, -3, 3), (0, 0, 0.2)), half=0.4)
+    scene.commit()
+    settings = {"max_bounces": 1, "roulette_start": 9, "names": ("combined",)}
+    sums = {}
+    for sampling, samples in [("SCATTERING", 512), ("CONNECTIONS", 24), ("BOTH", 24)]:
+        pictures = [render(scene, 16, 16, samples, seed=s, light_sampling=sampling, **settings)[0] for s in range(10)]
+        runs = [picture["combined"][8:, :, ::2].mean((0, 1)) for picture in pictures]
+        sums[sampling] = np.mean(runs, 0, dtype=float), np.var(runs, 0, ddof=1, dtype=float) / len(runs)
+    for sampling in ("CONNECTIONS", "BOTH"):
+        (a, va), (b, vb) = sums["SCATTERING"], sums[sampling]
+        assert np.all(va < (0.01 * a) ** 2)
+        assert np.all(np.abs(a - b) < 4 * np.sqrt(va + vb)), (sampling, sums)
 
 
 # ---- The draws ----

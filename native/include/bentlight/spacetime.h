@@ -43,4 +43,7 @@ void bent_local_from_covector(const bent_spacetime *spacetime, const double posi
 double bent_length_scale(const bent_spacetime *spacetime, const double position[3]);
 /* Lapse alpha of the ZAMO at `position`: the ratio of its clock to the one at infinity; 0 where no ray may start. */
 double bent_lapse(const bent_spacetime *spacetime, const double position[3]);
+/* Speed with which the ZAMO measures places of the chart to move along -phi (it moves along +phi past them, for positive
+ * spin): 2 M a r sin(theta) / (Sigma sqrt(Delta)), beyond 1 in the ergosphere. 0 but for Kerr, and where no ray may start. */
+double bent_zamo_speed(const bent_spacetime *spacetime, const double position[3]);
 #endif

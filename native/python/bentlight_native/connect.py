@@ -22,10 +22,11 @@ def connect(
 
     With phi in [0, pi] the angle between a and b seen from the center, the primary image sweeps phi, the secondary
     2 pi - phi, the relativistic ones 2 pi + phi, 4 pi - phi and so on. From the secondary on each is fainter than the
-    one before, by e^-2 pi every two. Flat space has the first only.
+    one before, by e^-2 pi every two. Flat space has the first only. With spin the angle counts in axes that the hole
+    drags along; see bentlight/connect.h for what that means, and for the few images that are not found.
 
     Args:
-        spacetime: flat, Schwarzschild or Ellis (a Kerr hole without spin counts as Schwarzschild).
+        spacetime: any (a Kerr hole without spin counts as Schwarzschild in the areal chart).
         points_a, points_b: (n, 3) positions in the spacetime's own axes (its chart), outside the horizon. In a
             wormhole, points closer than half the throat radius stand on the far side; directions there are those of
             the same continuous chart, whose "outward" points to the throat.
@@ -41,19 +42,20 @@ def connect(
 
         - ``"status"`` uint8: index into ``CONNECTION_STATES``. none: too faint, or flat space; met: found, error within
           the tolerance; ring: the same, but a, the center and b are in line: one ray of a ring (listed twice, as the
-          limit of two images); coarse: found, error beyond the tolerance; failed: not found, or a = b.
+          limit of two images; with spin on the axis only); coarse: found, error beyond the tolerance; failed: not
+          found, or a = b.
         - ``"launch"``, ``"arrival"`` (n, max_images, 3): local unit directions of travel at a and at b.
         - ``"spread"``: dA / d(omega), the area at b across the ray over the solid angle at a of a thin cone, length^2;
           1 / spread stands for the 1 / distance^2 of flat space. 0 on the caustic, where a, the center and b are in
-          line: there it falls like sin(phi).
-        - ``"frequency_ratio"``: nu(a) / nu(b) of light from b to a, both at rest.
-        - ``"swept"``: radians.
+          line: there it falls like sin(phi). With spin: as the ZAMO at b measures it.
+        - ``"frequency_ratio"``: nu(a) / nu(b) of light from b to a, both at rest (with spin: ZAMOs).
+        - ``"swept"``: radians; with spin as ``trace_rays`` has it.
         - ``"error"``: estimated miss of b by a ray launched in that direction, over the scene radius of b.
         - ``"counts"``: dict of how many images have each status. Nothing is dropped silently.
 
     Raises:
         ValueError: wrong shapes, points inside a horizon or not finite, max_images, min_share or tolerance out of
-            their domain, a Kerr hole with spin. The message names the argument.
+            their domain. The message names the argument.
 
     The GIL is released; any number of threads may call at once. A pair's answer depends on that pair alone.
     """

@@ -20,7 +20,7 @@ static const lens *lone_lens(const geometry *g, int *bent)
     const lens *l = &g->lenses[i];
     if (l->flat) continue;
     *bent = 1;
-    if (isinf(l->radius) && !(l->spacetime.kind == BENT_KERR && l->spacetime.spin != 0)) found = l;
+    if (isinf(l->radius)) found = l;
   }
   return found;
 }
@@ -53,7 +53,8 @@ static void join_straight(const geometry *g, vec3 from, vec3 to, double u, int s
   if (!(length > 0)) return;
   const vec3 direction = v3_scale(way, 1 / length);
   if (!is_clear(g, from, direction, sky ? INFINITY : length)) return;
-  out->list[out->count++] = (joint){direction, direction, sky ? 1 : length * length, 0, 1};
+  const double spread = sky ? 1 : length * length;
+  out->list[out->count++] = (joint){direction, direction, v3_scale(direction, 1 / spread), spread, 0, 1};
 }
 
 /* A place where rays go by: outside the horizon; in a wormhole without an exit, this side of the throat. */
@@ -93,11 +94,23 @@ static double chance_of_level(double second, int level)
   return level == 0 ? 1 : level == 1 ? second : level == 2 ? LEVEL_2_SHARE * second : 0;
 }
 
+static int spins(const lens *l) { return l->spacetime.kind == BENT_KERR && l->spacetime.spin != 0; }
+
+/* joint.cone in the spacetime's axes. Surfaces stay at their places of the chart, past which the ZAMO of a spinning hole moves:
+ * a ray that arrives along the unit vector n for it goes along n + v there, and covers 1 + n.v times the area. */
+static vec3 cone_at(const lens *l, const double to[3], vec3 arrival, double spread)
+{
+  if (!spins(l)) return v3_scale(arrival, 1 / spread);
+  const double out = hypot(to[0], to[1]), speed = -bent_zamo_speed(&l->spacetime, to); /* against time */
+  const vec3 v = out > 0 ? v3(-speed * to[1] / out, speed * to[0] / out, 0) : v3(0, 0, 0);
+  return v3_scale(v3_add(arrival, v), 1 / (spread * (1 + v3_dot(arrival, v))));
+}
+
 /* Connections of at most BLOCK pairs that are good places; pair k goes to out[target[k]]. */
 static void join_images(const lens *l, size_t n, const double (*from)[3], const double (*to)[3], const size_t *target,
                         int level, int sky, int far, joints *out)
 {
-  const size_t images = LEVEL_IMAGES[level];
+  const size_t images = spins(l) && LEVEL_IMAGES[level] > 2 ? 2 : LEVEL_IMAGES[level]; /* more are slow to find */
   enum { ENTRIES = BLOCK * JOINTS_MAX };
   uint8_t status[ENTRIES];
   double launch[ENTRIES][3], arrival[ENTRIES][3], spread[ENTRIES], swept[ENTRIES];
@@ -115,10 +128,12 @@ static void join_images(const lens *l, size_t n, const double (*from)[3], const 
     const int order = (int)(i % images);
     const double second = order ? chance_of_second(l, from[k], to[k], sky) : 1;
     joints *j = &out[target[k]];
-    j->list[j->count++] = (joint){v3_normalize(mat4_vector(&l->world_from_spacetime, v3_from(launch[i]))),
-                                  v3_normalize(mat4_vector(&l->world_from_spacetime, v3_from(arrival[i]))),
-                                  sky ? spread[i] : spread[i] * l->scale * l->scale, swept[i],
-                                  chance_of_level(second, order < 2 ? order : 2)};
+    const vec3 arrives = v3_from(arrival[i]), cone = sky ? arrives : cone_at(l, to[k], arrives, spread[i]);
+    const double area = sky ? 1 : l->scale * l->scale, turned = 1 / l->scale; /* the matrix turns and scales */
+    j->list[j->count++] = (joint){v3_scale(mat4_vector(&l->world_from_spacetime, v3_from(launch[i])), turned),
+                                  v3_scale(mat4_vector(&l->world_from_spacetime, arrives), turned),
+                                  v3_scale(mat4_vector(&l->world_from_spacetime, cone), turned / area),
+                                  spread[i] * area, swept[i], chance_of_level(second, order < 2 ? order : 2)};
   }
 }
 
@@ -174,6 +189,10 @@ int join_is_first(const geometry *g, vec3 from, vec3 to, int sky, double swept)
   if (!l) return 1;
   const vec3 a = v3_sub(from, l->center), b = sky ? to : v3_sub(to, l->center);
   const double angle = atan2(v3_length(v3_cross(a, b)), v3_dot(a, b));
+  if (spins(l)) { /* near the hole dragging confuses angles */
+    const double far = 3 * bent_spacetime_core_radius(&l->spacetime) * l->scale;
+    if (angle > M_PI / 2 || v3_length(a) < far || !(sky || v3_length(b) > far)) return 0;
+  }
   return fabs(swept - angle) < ANGLE_APART && angle < M_PI - 2 * ANGLE_APART;
 }
 

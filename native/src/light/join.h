@@ -1,5 +1,5 @@
 /* All rays that join two places of a scene, or a place and a direction of the sky, as far as they are known in closed
- * form: the straight one where space is flat, the images of a lone Schwarzschild hole or wormhole (bentlight/connect.h).
+ * form: the straight one where space is flat, the images of a lone hole or wormhole (bentlight/connect.h).
  * Where several spheres bend space, a straight line that meets none of them. Rays that are not listed are found by
  * scattering alone. Lengths in world units, directions local in world axes. */
 #ifndef BENT_LIGHT_JOIN_H
@@ -12,6 +12,8 @@ enum { JOINTS_MAX = 4 };
 
 typedef struct joint {
   vec3 launch, arrival; /* of the ray from the first place */
+  vec3 cone;     /* a small piece of surface at the second place, with area vector A, covers |A . cone| of the solid angle of
+                    launch; 1 / area. In the sky: arrival */
   double spread; /* local area across the ray at the second place, or solid angle of sky, per solid angle of launch */
   double swept;  /* about the lens, radians; 0: straight */
   double chance; /* with which such an image is listed */

@@ -54,7 +54,7 @@ void direct_reach(const tracer *t, int count, const path *paths, const bent_hit 
     for (int k = 0; k < n[list]; k++) {
       const int i = path_of[list][k];
       const joint *j = joints_find(&found[k], paths[i].scattered.direction, paths[i].scattered.swept + hits[i].swept);
-      if (j) out[i] = (reach){1, j->spread * j->chance, j->arrival};
+      if (j) out[i] = (reach){1, j->spread * j->chance, v3_scale(j->cone, 1 / j->chance)};
     }
   }
 }
@@ -96,7 +96,7 @@ double direct_weight_emission(const tracer *t, const path *p, const reach *reach
                                                          p->scattered.position, p->scattered.normal);
   if (!(probability > 0)) return 1;
   const vec3 area = lights_triangle_area(t->scene, hit->instance, hit->triangle, v3_from(hit->position));
-  const double pdf = probability * reach->spread / fabs(v3_dot(area, reach->arrival));
+  const double pdf = probability / fabs(v3_dot(area, reach->cone));
   return weight_against(t, p, pdf, emitter->visibility, &emitter->influence);
 }
 
@@ -133,7 +133,7 @@ static beam beam_of(const bent_scene *scene, const light_sample *s, const joint 
   beam b = {.pdf = s->probability * j->spread * j->chance, .visibility = VISIBLE_SCATTERING, .influence = BENT_INFLUENCE_ALL};
   if (s->kind == LIGHT_TRIANGLE) {
     const instance *i = &scene->geometry->instances[s->index];
-    b.pdf /= fabs(v3_dot(s->area, j->arrival));
+    b.pdf = s->probability * j->chance / fabs(v3_dot(s->area, j->cone));
     b.visibility = i->visibility;
     b.influence = i->influence;
     b.asks_scattering = shading_asks_scattering(scene->shading, geometry_material(scene->geometry, i, s->triangle));

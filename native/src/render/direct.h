@@ -15,7 +15,7 @@ enum { DIRECT_BATCH = 64, DIRECT_SHADOWS_MAX = 2 * JOINTS_MAX };
 typedef struct reach {
   int joined;    /* a connection would have found the same ray */
   double spread; /* that connection's, times its chance of being listed */
-  vec3 arrival;
+  vec3 cone;
 } reach;
 
 /* Looks up the connections that would have led each of `count` <= DIRECT_BATCH paths where their hits are. */

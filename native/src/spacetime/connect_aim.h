@@ -47,6 +47,8 @@ typedef struct aim_task {
 /* Where a trial has come. */
 typedef struct aim_shot {
   lanes_mask whole;       /* it did not fall in before */
+  lanes_mask beyond;      /* it has passed infinity: no ray, however well it meets */
+  lanes narrow;           /* least w^2 Delta on the way: dragging magnifies errors by its inverse */
   flow_ray ray;
   lanes error[3];         /* b minus the end: w, and two angles */
   lanes jacobian[3][3];   /* of the end: rows w and two angles; columns two launch angles and Mino time */
@@ -151,9 +153,11 @@ LANES_INLINE aim_shot aim_shoot(aim_task *t, int turns)
   const lanes_mask lands = t->lands != 0;
   lanes left = t->trial.time;
   lanes_mask open = left > 0;
-  shot.whole = open, shot.steps = shot.time = lanes_all(0);
+  shot.whole = open, shot.beyond = (lanes_mask){0}, shot.narrow = lanes_all(1);
+  shot.steps = shot.time = lanes_all(0);
   for (int i = 0; i < FLOW_STEPS_MAX && lanes_any(open); i++) {
     flow_series series;
+    shot.beyond |= open & (shot.ray.w.value < 0);
     lanes h = flow_expand(&hole, &shot.ray, turns, t->truncation, &series);
     const lanes before = t->lands * (series.w[0] - t->b.w), after = t->lands * (series_at(series.w, FLOW_ORDER, h) - t->b.w);
     const lanes_mask over = lands & (before < 0) & (after >= 0);
@@ -164,10 +168,12 @@ LANES_INLINE aim_shot aim_shoot(aim_task *t, int turns)
     const lanes ahead = lanes_select(over, lanes_all(0), lanes_all(1));
     left = lanes_select(open, lanes_select(lands, ahead, left - h), left);
     const lanes w = shot.ray.w.value;
+    shot.narrow = lanes_min((1 - hole.outer * w) * (1 - hole.inner * w), shot.narrow);
     shot.whole &= ~open | ((1 - hole.outer * w > FLOW_FALLEN) & ((w > 0) | ~lands | over));
     open &= (left > 0) & shot.whole;
   }
   shot.whole &= left == 0;
+  shot.beyond |= (lanes_mask)t->sky & (shot.ray.v.value >= 0);
   if (turns) aim_compare(&hole, &t->b, (lanes_mask)t->sky, &shot);
   t->trial.time = lanes_select(lands & shot.whole, shot.time, t->trial.time);
   return shot;
@@ -263,7 +269,7 @@ LANES_INLINE void aim_turn_round(aim_task *t, const aim_shot *shot, lanes_mask w
 LANES_INLINE lanes aim_floor(const aim_task *t, const aim_shot *shot)
 {
   const lanes growth = 1 + shot->lever * t->a.w * shot->ray.swept / t->trial.time;
-  return (t->truncation + 4 * EPSILON) * lanes_sqrt(shot->steps) * growth + EPSILON * (8 + shot->lever);
+  return (t->truncation + 4 * EPSILON) * lanes_sqrt(shot->steps) * growth / shot->narrow + EPSILON * (8 + shot->lever);
 }
 
 /* What has become of a trial. */
@@ -282,13 +288,14 @@ LANES_INLINE aim_result aim_try(aim_task *t, double tolerance, lanes_mask busy, 
   const lanes length = aim_step(inverse, shot->error, step);
   const lanes shorter = aim_step(t->inverse, shot->error, moved);
   const lanes_mask fresh = (lanes_mask)t->fresh, exchanged = (lanes_mask)t->exchanged;
-  const lanes finest = lanes_max(lanes_min(AIM_TRUNCATION * tolerance * t->calm, lanes_all(1e-6)), lanes_all(1e-16));
+  const lanes calm = t->calm * shot->narrow, share = lanes_min(AIM_TRUNCATION * tolerance * calm, lanes_all(1e-6));
+  const lanes finest = lanes_max(share, lanes_all(1e-16));
   const lanes floor = aim_floor(t, shot);
   const lanes_mask better = fresh | (shorter <= (1 - 0.25 * t->damping) * t->length) | (shot->missed <= AIM_NEAR);
   const lanes_mask known = lanes_is_finite(length), hit = (shot->missed <= 0.1 * tolerance) | (shot->missed <= floor);
   const lanes_mask accept = busy & shot->whole & better & (known | hit);
   aim_result result = {.error = floor + shot->missed};
-  result.found = accept & hit & (t->truncation <= finest) & ~exchanged;
+  result.found = accept & hit & (t->truncation <= 1.1 * finest) & ~exchanged & ~shot->beyond;
   const lanes_mask turns = accept & exchanged & (shot->missed < AIM_NEAR);
 
   aim_select(accept, &t->trial, &t->base);
@@ -302,7 +309,7 @@ LANES_INLINE aim_result aim_try(aim_task *t, double tolerance, lanes_mask busy, 
   t->fresh = (lanes)(fresh & ~accept);
   for (int i = 0; i < 3; i++) moved[i] = t->damping * t->step[i];
   t->trial = aim_moved(&t->base, moved);
-  const lanes wanted = lanes_max(1e-2 * shot->missed * shot->missed * t->calm, finest);
+  const lanes wanted = lanes_max(1e-2 * shot->missed * shot->missed * calm, finest);
   t->truncation = lanes_select(accept & (shot->missed < 0.1) & ~exchanged, lanes_min(wanted, t->truncation), t->truncation);
 
   t->trials += 1;

@@ -208,7 +208,8 @@ LANES_INLINE lanes flow_expand(const flow_hole *hole, const flow_ray *ray, int t
   }
   const lanes speed = lanes_sqrt(s->n[0][1] * s->n[0][1] + s->n[1][1] * s->n[1][1] + s->n[2][1] * s->n[2][1]);
   const lanes turn = ARC_TURN_MAX / (speed + lanes_abs(hole->spin * ray->energy.value) + 1e-200);
-  return lanes_min(arc_step_length(size, FLOW_ORDER, tolerance), turn);
+  const lanes twice = (ray->w.value + 1 / hole->outer) / (lanes_abs(ray->v.value) + 1e-200); /* no step passes infinity twice */
+  return lanes_min(arc_step_length(size, FLOW_ORDER, tolerance), lanes_min(turn, twice));
 }
 
 /* The offset in [0, step] at which w reaches `level`, where it does: safeguarded Newton steps. */

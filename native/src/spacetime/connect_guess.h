@@ -12,8 +12,23 @@
 #include "spacetime/connect_plane.h"
 #include "spacetime/connect_search.h"
 
-/* Tries with other rules where to stop rays, and which end aims. */
-enum { GUESS_ATTEMPTS = 4, GUESS_PASSES = 3, GUESS_PASSES_MORE = 6, GUESS_MATCHES = 6 };
+enum { GUESS_PASSES = 3, GUESS_PASSES_MORE = 6, GUESS_MATCHES = 6 };
+/* Where rays stop at the radius of b: where that is surely well conditioned, wherever the orbit without spin is steep
+ * there, nowhere. */
+typedef enum guess_landings { LANDS_SURELY, LANDS_STEEP, LANDS_NOWHERE } guess_landings;
+
+/* One attempt, for pairs that those before have failed. */
+typedef struct guess_rule {
+  int exchanges; /* the inner end may be aimed at */
+  guess_landings landings;
+  double dragging; /* to begin with, over that of a straight fall */
+} guess_rule;
+
+enum { GUESS_ATTEMPTS = 8, GUESS_ATTEMPTS_FAINT = 3 };
+static const guess_rule GUESS_RULES[GUESS_ATTEMPTS] = {
+    {1, LANDS_SURELY, 1},  {1, LANDS_STEEP, 1},   {1, LANDS_NOWHERE, 1}, {0, LANDS_NOWHERE, 1},
+    {1, LANDS_STEEP, 0.3}, {1, LANDS_STEEP, 0.6}, {1, LANDS_STEEP, 0.8}, {1, LANDS_STEEP, 0.1}};
+/* Precision of the orbit without spin. */
 #define GUESS_TOLERANCE 1e-4
 /* Dragging and swept angle agree, radians, at right angles; in line with the center they must much better. */
 #define GUESS_SETTLED 0.15
@@ -144,19 +159,20 @@ LANES_INLINE void guess_components(const lanes n[3], const lanes vector[3], lane
 }
 
 /* Whether and how the ray should land, if its orbit comes to b with dw = speed. */
-LANES_INLINE lanes guess_landing(const aim_task *t, lanes depth, lanes speed, int attempt)
+LANES_INLINE lanes guess_landing(const aim_task *t, lanes depth, lanes speed, guess_landings landings)
 {
   const lanes_mask sky = (lanes_mask)t->sky, wide = t->swept > 2, inward = speed > 0;
   const lanes_mask passes = wide | ((t->a.w < t->b.w) == inward); /* the radius of b only once, on its last way */
   const lanes_mask steep = lanes_abs(speed) > GUESS_STEEP;
   const lanes_mask inner = inward & (depth < GUESS_DEPTH_INNER) & ~sky;
   const lanes_mask outer = ~inward & wide & ((depth > GUESS_DEPTH_OUTER) | sky);
-  const lanes_mask lands = steep & passes & (attempt == 0 ? inner | outer : lanes_mask_all(attempt == 1));
+  const lanes_mask lands = steep & passes & (landings == LANDS_SURELY ? inner | outer : lanes_mask_all(landings == LANDS_STEEP));
   return lanes_select(lands, lanes_select(inward, lanes_all(1), lanes_all(-1)), lanes_all(0));
 }
 
 /* Sets the first trial of image `order`. */
-LANES_INLINE void guess_make(const guess_state *g, const flow_hole *hole, int order, int attempt, aim_task *t)
+LANES_INLINE void guess_make(const guess_state *g, const flow_hole *hole, int order, guess_landings landings,
+                             aim_task *t)
 {
   const lanes_mask sky = (lanes_mask)t->sky;
   lanes launch[3], axis[3];
@@ -173,7 +189,7 @@ LANES_INLINE void guess_make(const guess_state *g, const flow_hole *hole, int or
   direction_of(0, &pair.a, pair.toward_a, turn, swept, root.size, root.rate, launch);
   guess_components(t->a.n, launch, t->trial.d);
   t->swept = swept, t->calm = lanes_exp(lanes_min(M_PI - swept, lanes_all(0)));
-  t->lands = guess_landing(t, depth_b, root.arrival_rate / root.size, attempt);
+  t->lands = guess_landing(t, depth_b, root.arrival_rate / root.size, landings);
   t->fresh = (lanes)lanes_mask_all(1), t->truncation = AIM_TRUNCATION_FIRST * t->calm;
   const lanes beta = swept / root.size, barrier = lanes_select(swept > 0, 1 - beta * beta * (1.0 / 27), lanes_all(2));
   const lanes curl = guess_match(hole, &t->a, barrier, g->closer, &t->trial);
@@ -194,17 +210,18 @@ LANES_INLINE void guess_exchange(const flow_hole *hole, aim_task *t)
 
 /* The first trial of image `order` of pairs whose places, spin and sky are set. Dragging depends on the course, and the
  * course on dragging: the fixed point is found by secants. */
-LANES_INLINE void guess_first(int order, int attempt, aim_task *t)
+LANES_INLINE void guess_first(int order, const guess_rule *rule, aim_task *t)
 {
   flow_hole hole = flow_hole_of(t->spin);
-  if (attempt < GUESS_ATTEMPTS - 1) guess_exchange(&hole, t);
+  if (rule->exchanges) guess_exchange(&hole, t);
   hole = flow_hole_of(t->spin);
   const double spin = fabs(t->spin[0]);
   guess_state g = {.photon = {lanes_all(2 + 2 * cos(2.0 / 3 * acos(-spin))), lanes_all(2 + 2 * cos(2.0 / 3 * acos(spin)))},
                    .dragging = guess_dragging_between(&hole, &t->a, &t->b, (lanes_mask)t->sky)};
-  guess_make(&g, &hole, order, attempt, t);
+  g.dragging *= rule->dragging;
+  guess_make(&g, &hole, order, rule->landings, t);
   lanes last = {0}, met = {0};
-  for (int i = 0; i < (attempt ? GUESS_PASSES_MORE : GUESS_PASSES); i++) {
+  for (int i = 0; i < (rule == GUESS_RULES && order < 2 ? GUESS_PASSES : GUESS_PASSES_MORE); i++) {
     const aim_shot shot = aim_shoot(t, 0);
     const lanes drag = shot.ray.drag.value, off = drag - g.dragging;
     const lanes over = lanes_min(lanes_max(shot.ray.swept - t->swept, lanes_all(-2)), lanes_all(2));
@@ -220,7 +237,7 @@ LANES_INLINE void guess_first(int order, int attempt, aim_task *t)
     last = g.dragging, met = drag;
     g.dragging += lanes_select(moves, gain * off, lanes_all(0));
     g.closer += lanes_select(moves & lands, over, lanes_all(0));
-    guess_make(&g, &hole, order, attempt, t);
+    guess_make(&g, &hole, order, rule->landings, t);
   }
 }
 #endif

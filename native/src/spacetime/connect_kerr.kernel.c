@@ -111,7 +111,7 @@ static void begin(const block *block, const uint32_t *index, size_t first, size_
   t->b = place_of(block, block->b, index, first, n, block->request->sky);
   t->sky = (lanes)lanes_mask_all(block->request->sky);
   t->spin = lanes_all(block->space.spin);
-  guess_first(order, attempt, t);
+  guess_first(order, &GUESS_RULES[attempt], t);
 }
 
 /* Image `order` of the pairs index[0 .. n-1]. */
@@ -159,7 +159,8 @@ static void find_images(block *block, const uint32_t *wanted, size_t n, int orde
 {
   uint32_t open[CONNECT_BLOCK];
   memcpy(open, wanted, n * sizeof *open);
-  for (int attempt = 0; attempt < GUESS_ATTEMPTS && n; attempt++) {
+  const int attempts = order < 2 ? GUESS_ATTEMPTS : GUESS_ATTEMPTS_FAINT;
+  for (int attempt = 0; attempt < attempts && n; attempt++) {
     aim_images(block, open, n, order, attempt);
     size_t failed = 0;
     for (size_t k = 0; k < n; k++) {

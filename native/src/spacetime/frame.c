@@ -45,3 +45,12 @@ double bent_length_scale(const bent_spacetime *s, const double position[3])
   const double radius = v3_length(v3_from(position)), part = bent_spacetime_core_radius(s) / radius;
   return s->kind == BENT_ELLIS ? 1 + part * part : (1 + part) * (1 + part);
 }
+
+double bent_zamo_speed(const bent_spacetime *s, const double position[3])
+{
+  if (s->kind != BENT_KERR || s->spin == 0 || !bent_spacetime_contains(s, position)) return 0;
+  const double a2 = s->spin * s->spin, out2 = position[0] * position[0] + position[1] * position[1];
+  const double z2 = position[2] * position[2], half = 0.5 * (out2 + z2 - a2), r2 = half + sqrt(half * half + a2 * z2);
+  const double r = sqrt(r2), sigma = r2 + a2 * z2 / r2, delta = r2 - 2 * s->mass * r + a2;
+  return 2 * s->mass * s->spin * r * sqrt(out2 / (r2 + a2)) / (sigma * sqrt(delta));
+}
