@@ -7,9 +7,13 @@ data or says otherwise.
 
 from __future__ import annotations
 
+import os
+import tempfile
 from collections.abc import Callable, Hashable
+from pathlib import Path
 from typing import Any, NamedTuple
 
+import bpy
 import numpy as np
 
 from ..report import RenderError
@@ -40,6 +44,15 @@ class ImageTable:
             self._index[key] = len(self.images) - 1
         return self._index[key]
 
+    def tiles_of(self, image: Any, warn: Callable[[str], None]) -> tuple[int, list[int]]:
+        """The index of the first tile of a Blender image, which the others follow, and the UDIM numbers of all."""
+        key = image.name_full
+        if key not in self._index:
+            tiles = [_tile_pixels(image, tile.number, warn) for tile in image.tiles]
+            self._index[key] = len(self.images)
+            self.images += tiles
+        return self._index[key], [tile.number for tile in image.tiles]
+
     def index_of_made(self, key: Hashable, make: Callable[[], Pixels]) -> int:
         """The index of pixels that belong to no Blender image; makes them if `key` is new."""
         if key not in self._index:
@@ -60,7 +73,7 @@ def image_pixels(image: Any, warn: Callable[[str], None]) -> Pixels:
     cannot be read; NaN and infinity become 0, with a warning.
     """
     if image.source == "TILED":
-        warn(f"image '{image.name}' is tiled (UDIM), which is not supported yet; its first tile is used")
+        warn(f"image '{image.name}' is tiled (UDIM); only Image Texture nodes can show more than its first tile")
     width, height = image.size
     if width == 0 or height == 0:
         raise RenderError(f"Image '{image.name}': its file '{image.filepath}' is missing or cannot be read")
@@ -77,6 +90,27 @@ def image_pixels(image: Any, warn: Callable[[str], None]) -> Pixels:
     if image.file_format in _INTEGER_FORMATS and image.source == "FILE" and image.colorspace_settings.name == "sRGB":
         return Pixels(_encoded(values), srgb=True)
     return Pixels(values, srgb=False)
+
+
+def _tile_pixels(image: Any, number: int, warn: Callable[[str], None]) -> Pixels:
+    """One tile, its file read as an image of its own: of a tiled image Blender's Python shows the first tile only."""
+    column, row = (number - 1001) % 10, (number - 1001) // 10
+    name = image.filepath.replace("<UDIM>", str(number)).replace("<UVTILE>", f"u{column + 1}_v{row + 1}")
+    packed = next((item for item in image.packed_files if item.tile_number == number), None)
+    with tempfile.TemporaryDirectory() as folder:
+        path = bpy.path.abspath(name, library=image.library)
+        if packed:
+            path = os.path.join(folder, os.path.basename(path) or "tile")
+            Path(path).write_bytes(packed.packed_file.data)
+        try:
+            copy = bpy.data.images.load(path)
+        except RuntimeError as error:
+            raise RenderError(f"Image '{image.name}': its file '{name}' is missing or cannot be read") from error
+        try:
+            copy.colorspace_settings.name, copy.alpha_mode = image.colorspace_settings.name, image.alpha_mode
+            return image_pixels(copy, warn)
+        finally:
+            bpy.data.images.remove(copy)
 
 
 def _encoded(values: np.ndarray) -> np.ndarray:

@@ -152,6 +152,16 @@ def test_missing_image_file_is_named(tmp_path):
         compile_material(material, ImageTable())
 
 
+def test_missing_tile_is_named(tmp_path):
+    image = bpy.data.images.new("Skin", 4, 4, tiled=True)
+    image.filepath = str(tmp_path / "skin.<UDIM>.png")
+    image.tiles.new(1012)
+    material = make_material(lambda tree: emission(tree, new(tree, "TexImage", image=image).outputs[0]))
+    with pytest.raises(RenderError, match=r"Skin.*skin\.1001\.png"):
+        compile_material(material, ImageTable())
+    assert len(bpy.data.images) == 1
+
+
 @pytest.mark.parametrize("suffix", ["png", "exr"])
 def test_external_image_equals_the_packed_one(tmp_path, suffix):
     source = bpy.data.images.new("source", 5, 3, float_buffer=suffix == "exr", alpha=True)

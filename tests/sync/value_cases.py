@@ -270,6 +270,35 @@ _add_file("tiff", "TIFF", "8", "sRGB")
 _add_file("hdr", "HDR", "32", "Linear Rec.709")
 
 
+def _add_tiles(name, packed=False, **settings):
+    """Tiles 1001, 1002 and 1011 of different sizes, saved to files."""
+
+    def build(tree):
+        folder, sizes = Path(tempfile.mkdtemp()), {1001: (5, 4), 1002: (3, 6), 1011: (4, 4)}
+        for number, (width, height) in sizes.items():
+            tile = bpy.data.images.new(f"{name} {number}", width, height)
+            tile.pixels.foreach_set(np.random.default_rng(number).random(4 * width * height).astype(np.float32))
+            tile.file_format, tile.filepath_raw = "PNG", str(folder / f"tile.{number}.png")
+            tile.save()
+            bpy.data.images.remove(tile)
+        image = bpy.data.images.load(str(folder / "tile.1001.png"))
+        image.source = "TILED"
+        image.filepath = str(folder / "tile.<UDIM>.png")
+        for number in list(sizes)[1:]:
+            image.tiles.new(number)
+        if packed:
+            image.pack()
+        node = new(tree, "TexImage", {0: uv(tree)}, image=image, **settings)
+        return new(tree, "MixRGB", {0: node.outputs[1], 2: node.outputs[0]}).outputs[0]
+
+    CASES[f"tiles_{name}"] = build
+
+
+_add_tiles("files")
+_add_tiles("packed", packed=True)
+_add_tiles("extended", interpolation="Cubic", extension="EXTEND")
+
+
 @case
 def image_none(tree):
     return new(tree, "TexImage", {0: uv(tree)}).outputs[0]

@@ -65,9 +65,14 @@ def _image_texture(node: NodeView) -> Outputs:
         vector = node.emit("project", vector, immediates=(settings.projection,))
     # Cycles divides by alpha only where the alpha output is used.
     straight = settings.outputs["Alpha"].is_linked and has_associated_alpha(settings.image)
-    index = node.compiler.images.index_of(settings.image, node.warn)
-    immediates = (index, settings.interpolation, settings.extension, "ON" if straight else "OFF")
-    color = node.emit("image", vector, immediates=immediates)
+    images, lookup = node.compiler.images, (settings.interpolation, settings.extension, "ON" if straight else "OFF")
+    if settings.image.source == "TILED":
+        first, numbers = images.tiles_of(settings.image, node.warn)
+        table = node.compiler.builder.table(np.array(numbers, np.float32)[:, None].repeat(4, axis=1))
+        color = node.emit("image_tiles", vector, immediates=(first, *table, *lookup))
+    else:
+        index = images.index_of(settings.image, node.warn)
+        color = node.emit("image", vector, immediates=(index, *lookup))
     return {"Color": color, "Alpha": color + 1}
 
 

@@ -28,7 +28,7 @@ typedef struct bent_program {
   const float (*table)[4];
 } bent_program;
 
-enum { BENT_IMMEDIATES_MAX = 5 };
+enum { BENT_IMMEDIATES_MAX = 6 };
 typedef struct bent_opcode {
   const char *name;
   int outputs, operands;

@@ -14,7 +14,7 @@ typedef struct row {
 
 /* Immediates that are plain numbers. */
 static const char *const image_index[] = {NULL}, *const table_start[] = {NULL}, *const table_count[] = {NULL},
-                         *const attribute_id[] = {NULL};
+                         *const attribute_id[] = {NULL}, *const tile_count[] = {NULL};
 
 #define STRING(name) #name,
 #define NAMES(list) (const char *const[]){list(STRING) NULL}
@@ -32,6 +32,8 @@ static int immediate_count(const row *r)
   return n;
 }
 static size_t instruction_length(const row *r) { return 2 + r->info.operands + immediate_count(r); }
+
+static int64_t min_count(int64_t a, int64_t b) { return a < b ? a : b; }
 
 /* One instruction: checks operands, immediates and registers. `written` is the number of registers in use so far. */
 static bent_status check_instruction(const bent_program *p, const int32_t *code, size_t at, int image_count, int *written,
@@ -58,9 +60,10 @@ static bent_status check_instruction(const bent_program *p, const int32_t *code,
     if (names == image_index) limit = image_count;
     else if (names == table_start) limit = (int64_t)p->table_length;
     else if (names == table_count) limit = (int64_t)p->table_length - immediates[i - 1] + 1;
+    else if (names == tile_count) limit = min_count(image_count - immediates[0], (int64_t)p->table_length - immediates[i - 1]) + 1;
     else if (names == attribute_id) limit = INT32_MAX;
     else while (names[limit]) limit++;
-    if (immediates[i] < (names == table_count) || immediates[i] >= limit)
+    if (immediates[i] < (names == table_count || names == tile_count) || immediates[i] >= limit)
       return bent_fail(error, BENT_ERROR_ARGUMENT, "program: %s at %zu: immediate %d is %d, not within 0 to %lld", name, at,
                        i, immediates[i], (long long)limit - 1);
   }

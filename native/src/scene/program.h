@@ -133,6 +133,9 @@ void program_run(const program *program, program_context *context);
   OP(brick, 2, 14, PURE, NONE)                                                                                         \
   OP(ramp, 2, 1, PURE, table_start, table_count, NAMES(SWITCH)) /* factor -> color, alpha; smooth */                  \
   OP(image, 2, 1, PER_POINT, image_index, NAMES(INTERPOLATIONS), NAMES(EXTENSIONS), NAMES(SWITCH)) /* straight alpha */ \
+  /* as image, but of tiles that follow each other in the list of images; their UDIM numbers are in the table */         \
+  OP(image_tiles, 2, 1, PER_POINT, image_index, table_start, tile_count, NAMES(INTERPOLATIONS), NAMES(EXTENSIONS),     \
+     NAMES(SWITCH))                                                                                                    \
   OP(project, 1, 1, PURE, NAMES(PROJECTIONS)) /* vector -> image coordinates */                                        \
   OP(environment, 2, 1, PER_POINT, image_index, NAMES(INTERPOLATIONS), NAMES(ENVIRONMENT_PROJECTIONS))                 \
   OP(sun_disk, 1, 3, PURE, NONE)     /* vector, direction of the sun, half its angle -> 1 in its middle, 0 outside */    \

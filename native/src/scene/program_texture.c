@@ -39,6 +39,21 @@ OPERATION(image)
                      (extension)immediates[2], immediates[3]), out);
 }
 
+/* As in Cycles, what is less than a tile to the left of the first or below it looks that tile up too. */
+OPERATION(image_tiles)
+{
+  const double column = trunc(in[0]->x), row = trunc(in[0]->y);
+  if (column >= 0 && column < 10 && row >= 0)
+    for (int i = 0; i < immediates[2]; i++)
+      if (context->table[immediates[1] + i][0] == 1001 + 10 * row + column) {
+        store(image_lookup(&context->images[immediates[0] + i], in[0]->x - column, in[0]->y - row,
+                           (interpolation)immediates[3], (extension)immediates[4], immediates[5]), out);
+        return;
+      }
+  out[0] = v3(1, 0, 1); /* as Cycles shows what is missing */
+  out[1] = v3_splat(1);
+}
+
 /* Position in the unit cube to image coordinates on a sphere or tube around its center. */
 OPERATION(project)
 {
