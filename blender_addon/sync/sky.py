@@ -12,6 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .cie_1931 import RGB_FROM_XYZ
+
 _EARTH_RADIUS = 6360e3
 _ATMOSPHERE_RADIUS = 6420e3
 _AIR_HEIGHT, _HAZE_HEIGHT = 8e3, 1.2e3  # over which the density falls by a factor of e
@@ -38,9 +40,6 @@ _OBSERVER = np.array(
         (0.000166, 0.00006, 0), (0.000042, 0.000015, 0),
     ]
 )  # fmt: skip
-_RGB_FROM_XYZ = np.array(
-    [[3.2404542, -1.5371385, -0.4985314], [-0.969266, 1.8760108, 0.041556], [0.0556434, -0.2040259, 1.0572252]]
-)
 
 
 @dataclass(frozen=True)
@@ -70,7 +69,7 @@ def _sunlight() -> np.ndarray:
 
 def _rgb(spectrum: np.ndarray) -> np.ndarray:
     """Linear Rec. 709 from (..., 21) per nanometer."""
-    return spectrum @ (_OBSERVER * 20) @ _RGB_FROM_XYZ.T
+    return spectrum @ (_OBSERVER * 20) @ RGB_FROM_XYZ.T
 
 
 def _densities(height: np.ndarray) -> np.ndarray:

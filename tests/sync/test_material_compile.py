@@ -41,14 +41,14 @@ def emission(tree, color):
 
 def test_unsupported_value_node_warns_once_and_keeps_the_socket_value():
     def build(tree):
-        corners = new(tree, "AmbientOcclusion")
-        corners.name = "Dirt"
-        both = new(tree, "BsdfDiffuse", {"Color": corners.outputs["Color"], "Roughness": corners.outputs["AO"]})
+        edges = new(tree, "Wireframe")
+        edges.name = "Edges"
+        both = new(tree, "BsdfDiffuse", {"Color": edges.outputs[0], "Roughness": edges.outputs[0]})
         both.inputs["Color"].default_value = (0.1, 0.2, 0.3, 1)
         return both.outputs[0]
 
     result, warnings = shade(make_material(build))
-    assert len(warnings) == 1 and "'Wall'" in warnings[0] and "'Dirt'" in warnings[0]
+    assert len(warnings) == 1 and "'Wall'" in warnings[0] and "'Edges'" in warnings[0]
     np.testing.assert_allclose(result["albedo"], [[0.1, 0.2, 0.3]], rtol=1e-5)
 
 

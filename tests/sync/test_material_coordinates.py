@@ -64,6 +64,15 @@ def layer_weight(name, blend, is_bumped=False):
     return build
 
 
+def vector_transform(kind, convert_from, convert_to):
+    def build(tree):
+        inputs = {0: new(tree, "NewGeometry").outputs["True Normal"]}
+        settings = {"vector_type": kind, "convert_from": convert_from, "convert_to": convert_to}
+        return new(tree, "VectorTransform", inputs, **settings).outputs[0]
+
+    return build
+
+
 CASES = {name: coordinate(name) for name in ("Generated", "Object", "Normal", "Reflection")}
 CASES["other_object"] = coordinate("Object", other_object)
 for space in SPACES:
@@ -78,6 +87,9 @@ for name in ("Fresnel", "Facing"):
     for blend in (0.0, 0.2, 0.5, 0.8, 1.0):
         CASES[f"layer_weight_{name}_{blend}"] = layer_weight(name, blend)
     CASES[f"layer_weight_{name}_bumped"] = layer_weight(name, 0.3, is_bumped=True)
+for kind in ("POINT", "VECTOR", "NORMAL"):
+    for way in (("WORLD", "OBJECT"), ("OBJECT", "WORLD"), ("OBJECT", "OBJECT")):
+        CASES[f"vector_transform_{kind}_{way}"] = vector_transform(kind, *way)
 
 
 def make_points():

@@ -322,3 +322,55 @@ def group_with_default_and_reroute(tree):
     tree.links.new(color(tree), first.inputs[0])
     tree.links.new(first.outputs[0], second.inputs[0])
     return second.outputs[0]
+
+
+@case
+def normal_node(tree):
+    node = new(tree, "Normal", {0: color(tree)})
+    node.outputs[0].default_value = (0.3, -0.4, 0.7)
+    return new(tree, "MixRGB", {0: node.outputs["Dot"], 1: node.outputs["Normal"]}).outputs[0]
+
+
+def _add_rotation(rotation_type, invert):
+    def build(tree):
+        inputs = {"Vector": color(tree), "Center": (0.3, 0.1, -0.2), "Axis": (0.4, 0.5, -0.6), "Angle": parts(tree)[2]}
+        inputs["Rotation"] = (0.3, -1.2, 2.0)
+        node = tree.nodes.new("ShaderNodeVectorRotate")
+        node.rotation_type, node.invert = rotation_type, invert
+        for socket in node.inputs:
+            value = inputs[socket.identifier]
+            if isinstance(value, bpy.types.NodeSocket):
+                tree.links.new(value, socket)
+            else:
+                socket.default_value = value
+        return node.outputs[0]
+
+    CASES[f"vector_rotate_{rotation_type}_{invert}"] = build
+
+
+for kind in bpy.types.ShaderNodeVectorRotate.bl_rna.properties["rotation_type"].enum_items.keys():  # noqa: SIM118
+    for invert in (False, True):
+        _add_rotation(kind, invert)
+
+
+@case
+def vector_rotate_without_axis(tree):
+    return new(tree, "VectorRotate", {"Vector": color(tree), "Axis": (0, 0, 0), "Angle": 1.0}).outputs[0]
+
+
+@case
+def wavelength(tree):
+    place = new(tree, "MapRange", {0: parts(tree)[2], 1: -2.0, 2: 3.0, 3: 381.0, 4: 800.0})
+    return new(tree, "Wavelength", {0: place.outputs[0]}).outputs[0]
+
+
+def _add_info(kind, names):
+    for name in names:
+        CASES[f"{kind}_{name}"] = lambda tree, name=name: new(tree, kind).outputs[name]
+
+
+_PARTICLE = ("Index", "Random", "Age", "Lifetime", "Location", "Size", "Velocity", "Angular Velocity")
+_add_info("ParticleInfo", _PARTICLE)
+_add_info("HairInfo", ("Is Strand", "Intercept", "Length", "Thickness", "Random"))
+_add_info("PointInfo", ("Position", "Radius", "Random"))
+_add_info("VolumeInfo", ("Color", "Density", "Flame", "Temperature"))

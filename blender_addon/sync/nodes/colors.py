@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..cie_1931 import COLOR_MATCHING, FIRST_NM, RGB_FROM_XYZ, RGB_FROM_XYZ_5, STEP_NM
 from .compiler import NodeView, Outputs, value_node
 
 TABLE_ENTRIES = 257  # at which Cycles evaluates ramps and curves, linear in between
@@ -80,6 +81,25 @@ def _hue_saturation(node: NodeView) -> Outputs:
 @value_node("ShaderNodeBlackbody")
 def _blackbody(node: NodeView) -> Outputs:
     return {"Color": node.emit("blackbody", node.input("Temperature"))}
+
+
+@value_node("ShaderNodeWavelength")
+def _wavelength(node: NodeView) -> Outputs:
+    """The observer's color of one wavelength, scaled as in Cycles, without negative parts; black beyond the table."""
+    entries = np.zeros((len(COLOR_MATCHING), 4), np.float32)
+    matrix = RGB_FROM_XYZ_5 if node.compiler.version >= (5, 0) else RGB_FROM_XYZ
+    entries[:, :3] = COLOR_MATCHING @ matrix.T / 2.52
+    table = node.compiler.builder.table(entries)
+    zero, last = node.constant(0.0), FIRST_NM + STEP_NM * (len(entries) - 1)
+    wavelength = node.input("Wavelength")
+    ends = (node.constant(FIRST_NM), node.constant(last), zero, node.constant(1.0), zero)
+    place = node.emit("map_range", wavelength, *ends, immediates=("LINEAR", "OFF"))
+    color = node.emit("ramp", place, immediates=(*table, "ON"))
+    for limit, side in ((FIRST_NM, "GREATER_THAN"), (last, "LESS_THAN")):
+        color = node.emit(
+            "multiply", color, node.emit("math", wavelength, node.constant(limit), zero, immediates=(side,))
+        )
+    return {"Color": node.emit("vector_math", color, zero, zero, zero, immediates=("MAXIMUM",))}
 
 
 @value_node("ShaderNodeRGBCurve")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from .compiler import NodeView, Outputs, value_node
 
+_FIRST_PARTICLE = 0.8603127584467439  # the random number of particle 0, by Bob Jenkins' hash
 _DEPTHS = ("Diffuse Depth", "Glossy Depth", "Transparent Depth", "Transmission Depth")
 
 
@@ -65,6 +66,25 @@ def _layer_weight(node: NodeView) -> Outputs:
 def _light_falloff(node: NodeView) -> Outputs:
     quadratic = node.emit("light_falloff", node.input("Strength"), node.input("Smooth"))
     return {"Quadratic": quadratic, "Linear": quadratic + 1, "Constant": quadratic + 2}
+
+
+@value_node("ShaderNodeAmbientOcclusion")
+def _ambient_occlusion(node: NodeView) -> Outputs:
+    node.warn("'Ambient Occlusion' is not supported; nothing counts as occluded")
+    return {"Color": node.input("Color"), "AO": node.constant(1.0)}
+
+
+@value_node("ShaderNodeBevel")
+def _bevel(node: NodeView) -> Outputs:
+    node.warn("'Bevel' is not supported; edges stay sharp")
+    return {"Normal": node.normal()}
+
+
+@value_node("ShaderNodeParticleInfo", "ShaderNodeHairInfo", "ShaderNodePointInfo", "ShaderNodeVolumeInfo")
+def _of_other_primitives(node: NodeView) -> Outputs:
+    """What they are on the surface of a mesh."""
+    outputs = {socket.identifier: node.constant(0.0) for socket in node.node.outputs}
+    return outputs | ({"Random": node.constant(_FIRST_PARTICLE)} if "Lifetime" in outputs else {})
 
 
 def _linked_coordinates(node: NodeView, kinds: dict[str, str]) -> Outputs:

@@ -76,3 +76,40 @@ def _map_range(node: NodeView) -> Outputs:
     if settings.clamp:
         result = node.emit("clamp_between", result, *operands[3:5], immediates=("RANGE",))
     return {"Vector" if is_vector else "Result": result}
+
+
+@value_node("ShaderNodeNormal")
+def _normal(node: NodeView) -> Outputs:
+    direction = node.emit(
+        "vector_math", *[node.constant(socket_value(node.node.outputs[0]))] * 4, immediates=("NORMALIZE",)
+    )
+    given = node.emit("vector_math", *[node.input("Normal")] * 4, immediates=("NORMALIZE",))
+    return {"Normal": direction, "Dot": node.emit("dot", direction, given)}
+
+
+@value_node("ShaderNodeVectorRotate")
+def _vector_rotate(node: NodeView) -> Outputs:
+    settings, zero, one = node.node, node.constant(0.0), node.constant(1.0)
+    vector, center = node.input("Vector"), node.input("Center")
+    if settings.rotation_type == "EULER_XYZ":
+        kind = "TEXTURE" if settings.invert else "VECTOR"  # the first turns the other way
+        moved = node.emit("vector_math", vector, center, zero, zero, immediates=("SUBTRACT",))
+        turned = node.emit("mapping", moved, zero, node.input("Rotation"), one, immediates=(kind,))
+        return {"Vector": node.emit("vector_math", turned, center, zero, zero, immediates=("ADD",))}
+    axes = {"X_AXIS": (1.0, 0.0, 0.0), "Y_AXIS": (0.0, 1.0, 0.0), "Z_AXIS": (0.0, 0.0, 1.0)}
+    axis = axes.get(settings.rotation_type)
+    axis = node.input("Axis") if axis is None else node.constant(axis)
+    angle = node.input("Angle")
+    if settings.invert:
+        angle = node.emit("math", zero, angle, zero, immediates=("SUBTRACT",))
+    return {"Vector": node.emit("rotate", vector, center, axis, angle)}
+
+
+@value_node("ShaderNodeVectorTransform")
+def _vector_transform(node: NodeView) -> Outputs:
+    settings, vector = node.node, node.input("Vector")
+    spaces = (settings.convert_from, settings.convert_to)
+    if "CAMERA" in spaces:
+        node.warn("the camera's space is not supported yet; the vector is left as it is")
+        return {"Vector": vector}
+    return {"Vector": node.emit("change_space", vector, immediates=(settings.vector_type, *spaces))}

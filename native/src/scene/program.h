@@ -63,6 +63,8 @@ void program_run(const program *program, program_context *context);
   X(IS_CAMERA) X(IS_SHADOW) X(RAY_DEPTH) X(TRANSPARENT_DEPTH) X(IS_DIFFUSE) X(IS_GLOSSY) X(IS_SINGULAR)                \
   X(IS_REFLECTION) X(IS_TRANSMISSION) X(DIFFUSE_DEPTH) X(GLOSSY_DEPTH) X(TRANSMISSION_DEPTH)
 #define MAPPING_TYPES(X) X(POINT) X(TEXTURE) X(VECTOR) X(NORMAL)
+#define VECTOR_TYPES(X) X(POINT) X(VECTOR) X(NORMAL)
+#define SPACES(X) X(WORLD) X(OBJECT)
 #define EXTENSIONS(X) X(REPEAT) X(EXTEND) X(CLIP) X(MIRROR)
 #define INTERPOLATIONS(X) X(Linear) X(Closest) X(Cubic) X(Smart)
 #define PROJECTIONS(X) X(FLAT) X(SPHERE) X(TUBE)
@@ -113,6 +115,8 @@ void program_run(const program *program, program_context *context);
   OP(multiply, 1, 2, PURE, NONE)                                                                                       \
   OP(transform, 1, 5, PURE, NONE)    /* vector; three columns, translation */                                          \
   OP(mapping, 1, 4, PURE, NAMES(MAPPING_TYPES)) /* vector, location, rotation, scale */                                \
+  OP(rotate, 1, 4, PURE, NONE)       /* vector, center, axis, angle */                                                 \
+  OP(change_space, 1, 1, PER_POINT, NAMES(VECTOR_TYPES), NAMES(SPACES), NAMES(SPACES)) /* what it is; from, to */      \
   OP(normal_map, 1, 2, PER_POINT, NAMES(NORMAL_SPACES)) /* strength, color */                                          \
   OP(fresnel, 1, 2, PER_POINT, NONE) /* ior, normal */                                                                 \
   OP(layer_weight, 2, 2, PER_POINT, NONE) /* blend, normal -> fresnel, facing */                                       \
@@ -171,6 +175,9 @@ typedef enum light_path_kind { LIGHT_PATHS(ENUMERATION) } light_path_kind;
 #undef ENUMERATION
 #define ENUMERATION(name) MAPPING_##name,
 typedef enum mapping_type { MAPPING_TYPES(ENUMERATION) } mapping_type;
+#undef ENUMERATION
+#define ENUMERATION(name) VECTOR_TYPE_##name,
+typedef enum vector_type { VECTOR_TYPES(ENUMERATION) } vector_type;
 #undef ENUMERATION
 #define ENUMERATION(name) PROJECTION_##name,
 typedef enum projection { PROJECTIONS(ENUMERATION) } projection;

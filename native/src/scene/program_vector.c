@@ -138,6 +138,32 @@ OPERATION(mapping)
   *out = type == MAPPING_POINT ? v3_add(v, location) : type == MAPPING_NORMAL ? v3_normalize(v) : v;
 }
 
+/* By Rodrigues' formula. */
+OPERATION(rotate)
+{
+  const vec3 v = v3_sub(*in[0], *in[1]), axis = v3_normalize(*in[2]);
+  const double c = cos(in[3]->x), s = sin(in[3]->x);
+  if (!(v3_dot(axis, axis) > 0)) {
+    *out = *in[0];
+    return;
+  }
+  const vec3 turned = v3_mad(v3_cross(axis, v), s, v3_mad(axis, v3_dot(axis, v) * (1 - c), v3_scale(v, c)));
+  *out = v3_add(turned, *in[1]);
+}
+
+OPERATION(change_space)
+{
+  const shade_point *p = context->point;
+  const vector_type type = immediates[0];
+  const int to_object = immediates[2] && !immediates[1], to_world = immediates[1] && !immediates[2];
+  const mat4 *matrix = to_object ? p->object_from_world : to_world ? p->world_from_object : NULL;
+  vec3 v = *in[0];
+  if (type == VECTOR_TYPE_POINT) v = matrix ? mat4_point(matrix, v) : v;
+  else if (type == VECTOR_TYPE_VECTOR) v = matrix ? mat4_vector(matrix, v) : v;
+  else v = v3_normalize(to_object ? object_from_world_normal(p, v) : to_world ? world_from_object_normal(p, v) : v);
+  *out = v;
+}
+
 /* A normal of the tangent space, in the object's axes: there is where it is defined, and only then is it stretched. */
 static vec3 object_from_tangent(const shade_point *p, vec3 c)
 {
