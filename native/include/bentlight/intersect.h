@@ -23,6 +23,8 @@ typedef struct bent_hit {
   double length;            /* scene length travelled (world units, measured along the drawn curve); INFINITY if escaped */
   double swept;             /* angle swept about spacetime objects, radians */
   double error;             /* estimated angular error of direction, radians */
+  int32_t first_lens;       /* spacetime object whose sphere it started in, or entered first; -1: none */
+  uint32_t borders;         /* spheres entered and left, and throats gone through to another mouth, on the way */
   int32_t sky;              /* if escaped: -1 the scene's own sky, else the wormhole object whose far sky it is */
 } bent_hit;
 

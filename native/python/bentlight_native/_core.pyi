@@ -72,6 +72,8 @@ class Scene:
         length: NDArray[np.float64],
         swept: NDArray[np.float64],
         error: NDArray[np.float64],
+        first_lens: NDArray[np.int32],
+        borders: NDArray[np.uint32],
         sky: NDArray[np.int32],
     ) -> None: ...
 

@@ -144,7 +144,9 @@ class GeometryMethods:
         Returns "fate" (n,) uint8 (UNRESOLVED, ESCAPED, CAPTURED, ESCAPED_FAR, HIT); "instance", "triangle" (n,) int32,
         -1 without a hit; "barycentric" (n, 2) weights of vertices 1 and 2; "position" (n, 3) world, NaN without a hit;
         "direction" (n, 3) local at the hit, asymptotic if escaped; "length" (n,); "swept" (n,) radians around spacetime
-        objects; "error" (n,) estimated error of the direction in radians; "sky" (n,) int32, -1 or the wormhole whose
+        objects; "error" (n,) estimated error of the direction in radians; "first_lens" (n,) int32, the object in whose
+        sphere the ray started, or which it entered first, or -1; "borders" (n,) uint32, how many spheres it entered
+        and left and throats it went through; "sky" (n,) int32, -1 or the wormhole whose
         far sky an escaped ray sees. The scene must be committed (RuntimeError); several threads may call this at once.
         """
         n = len(origins)
@@ -158,6 +160,8 @@ class GeometryMethods:
             "length": np.empty(n),
             "swept": np.empty(n),
             "error": np.empty(n),
+            "first_lens": np.empty(n, np.int32),
+            "borders": np.empty(n, np.uint32),
             "sky": np.empty(n, np.int32),
         }
         super().intersect(

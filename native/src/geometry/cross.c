@@ -70,6 +70,7 @@ static void arrive(const geometry *g, int lens_index, const batch *b, size_t k, 
     return;
   }
   t->position = mat4_point(&l->world_from_spacetime, v3_from(b->exit[k]));
+  if (b->fate[k] == BENT_ESCAPED || l->exit >= 0) hit->borders++;
   if (b->fate[k] == BENT_ESCAPED_FAR && l->exit >= 0) {
     traveler_pass_throat(t, g, l, direction);
     return;

@@ -168,6 +168,7 @@ static void report_stop(march *m, const outcome *out, int lane, const lanes dire
     t->leg = LEG_AWAY;
     return;
   }
+  hit->borders++;
   if (out->edge >> lane & 1) {
     t->direction = march_direction(m, direction, lane);
     t->leg = LEG_FLAT;

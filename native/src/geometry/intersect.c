@@ -47,7 +47,8 @@ static bent_status check_ray(const geometry *g, size_t index, const bent_ray *ra
 
 static void set_out(const geometry *g, const bent_ray *ray, const lens *l, int inside, traveler *t, bent_hit *hit)
 {
-  *hit = (bent_hit){.fate = BENT_UNRESOLVED, .instance = -1, .triangle = -1, .position = {NAN, NAN, NAN}, .sky = -1};
+  *hit = (bent_hit){.fate = BENT_UNRESOLVED, .instance = -1, .triangle = -1, .position = {NAN, NAN, NAN},
+                    .first_lens = l ? (int)(l - g->lenses) : -1, .sky = -1};
   t->position = v3_from(ray->origin);
   t->direction = v3_normalize(v3_from(ray->direction));
   t->leg = l ? (int)(l - g->lenses) : LEG_FLAT;
@@ -114,6 +115,8 @@ static void go(const geometry *g, const view *v, traveler *t, bent_hit *hit)
     hit->length += v->entry;
     t->position = v3_mad(t->direction, v->entry, t->position);
     t->leg = v->next;
+    hit->borders++;
+    if (hit->first_lens < 0) hit->first_lens = v->next;
     t->at = AT_SPHERE;
   }
 }

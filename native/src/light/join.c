@@ -2,6 +2,7 @@
 #include "light/join.h"
 
 #include "bentlight/connect.h"
+#include "light/join_lens.h"
 
 /* Wanted miss of a connection, in radii of its far end: what shading needs. */
 static const double TOLERANCE = 1e-6;
@@ -9,77 +10,54 @@ static const double TOLERANCE = 1e-6;
 static const double ANGLE_APART = 0.1;
 /* The least chance with which images after the first are listed. */
 static const double CHANCE_LEAST = 0.02;
-enum { BLOCK = 64 };
+enum { BLOCK = JOIN_BLOCK, IMAGES = JOIN_IMAGES };
 
-/* The one lens that is all of space and has connections; NULL if there is none. *bent: whether there is any lens. */
-static const lens *lone_lens(const geometry *g, int *bent)
+/* The one lens that is all of space; NULL if there is none. */
+static const lens *lone_lens(const geometry *g)
 {
-  const lens *found = NULL;
-  *bent = 0;
   for (size_t i = 0; i < g->lens_count; i++) {
     const lens *l = &g->lenses[i];
-    if (l->flat) continue;
-    *bent = 1;
-    if (isinf(l->radius)) found = l;
+    if (!l->flat && isinf(l->radius)) return l;
   }
-  return found;
+  return NULL;
 }
 
 int join_has_far_sky(const geometry *g)
 {
-  int bent;
-  const lens *l = lone_lens(g, &bent);
-  return l && l->spacetime.kind == BENT_ELLIS && l->exit < 0;
+  for (size_t i = 0; i < g->lens_count; i++)
+    if (!g->lenses[i].flat && g->lenses[i].spacetime.kind == BENT_ELLIS && g->lenses[i].exit < 0) return 1;
+  return 0;
 }
 
-/* Whether a straight line from `from`, of `length` along the unit direction, stays outside all spheres. */
-static int is_clear(const geometry *g, vec3 from, vec3 direction, double length)
-{
-  for (size_t i = 0; i < g->lens_count; i++) {
-    const lens *l = &g->lenses[i];
-    if (l->flat) continue;
-    const vec3 to = v3_sub(l->center, from);
-    const double along = min2(max2(v3_dot(to, direction), 0), length);
-    if (v3_length(v3_mad(direction, -along, to)) <= l->radius * (1 + 1e-9)) return 0;
-  }
-  return 1;
-}
-
-static void join_straight(const geometry *g, vec3 from, vec3 to, double u, int sky, joints *out)
+static void join_straight(const geometry *g, vec3 from, vec3 to, int sky, joints *out)
 {
   const vec3 way = sky ? to : v3_sub(to, from);
   const double length = v3_length(way);
-  *out = (joints){.straight = 1, .rest = u};
   if (!(length > 0)) return;
   const vec3 direction = v3_scale(way, 1 / length);
-  if (!is_clear(g, from, direction, sky ? INFINITY : length)) return;
+  if (!join_is_clear(g, from, direction, sky ? INFINITY : length, -1)) return;
   const double spread = sky ? 1 : length * length;
-  out->list[out->count++] = (joint){direction, direction, v3_scale(direction, 1 / spread), spread, 0, 1};
+  joints_add(out, &(joint){direction, direction, v3_scale(direction, 1 / spread), spread, 0, -1, 0, 1});
 }
 
-/* A place where rays go by: outside the horizon; in a wormhole without an exit, this side of the throat. */
-static int is_place(const lens *l, const double at[3])
-{
-  const double core = bent_spacetime_core_radius(&l->spacetime);
-  if (l->spacetime.kind == BENT_ELLIS && !(v3_length(v3_from(at)) > core)) return 0;
-  return bent_spacetime_contains(&l->spacetime, at);
-}
+/* ---- Chances ---- */
 
 /* Images are listed by levels: just the first, two, or all, the later ones with less chance. */
-enum { LEVELS = 3 };
-static const size_t LEVEL_IMAGES[LEVELS] = {1, 2, JOINTS_MAX};
+enum { LEVELS = 3, LEVEL_ALL = LEVELS - 1 };
+static const size_t LEVEL_IMAGES[LEVELS] = {1, 2, IMAGES};
 /* Images after the second have about e^-2 pi = 1/535 of the light of the two before. */
 static const double LEVEL_2_SHARE = 0.05;
 
 /* The chance with which the second image is listed: about its share of the light, by the lens equation (share 1 / u^4 at u
- * Einstein radii), which far from the line through the center has some times too much rather than too little. */
-static double chance_of_second(const lens *l, const double from[3], const double to[3], int sky)
+ * Einstein radii), which far from the line through the center has some times too much rather than too little. Ends in the
+ * chart. */
+double join_second_chance(const lens *l, vec3 a, vec3 b, int sky)
 {
-  const vec3 a = v3_from(from), way = sky ? v3_normalize(v3_from(to)) : v3_sub(v3_from(to), a);
+  const vec3 way = sky ? v3_normalize(b) : v3_sub(b, a);
   const double length2 = v3_dot(way, way), along = max2(-v3_dot(a, way) / length2, 0);
   const double part = sky ? along : min2(along, 1);
   const vec3 closest = v3_mad(way, part, a);
-  const double miss = v3_length(closest), near = v3_length(a), beyond = sky ? INFINITY : v3_length(v3_from(to));
+  const double miss = v3_length(closest), near = v3_length(a), beyond = sky ? INFINITY : v3_length(b);
   const double reduced = near / (1 + near / beyond);
   const int throat = l->spacetime.kind == BENT_ELLIS;
   const double rho = l->spacetime.throat_radius;
@@ -94,6 +72,33 @@ static double chance_of_level(double second, int level)
   return level == 0 ? 1 : level == 1 ? second : level == 2 ? LEVEL_2_SHARE * second : 0;
 }
 
+double join_chance(double second, int order) { return chance_of_level(second, order < 2 ? order : 2); }
+
+/* The level that the even number *u decides; *u is an even number again, for further decisions. */
+static int take_level(double *u, double second)
+{
+  for (int level = LEVEL_ALL; level > 0; level--) {
+    const double high = chance_of_level(second, level), low = chance_of_level(second, level + 1);
+    if (*u < high) {
+      *u = (*u - low) / (high - low);
+      return level;
+    }
+  }
+  *u = (*u - second) / (1 - second);
+  return 0;
+}
+
+size_t join_images_wanted(double second, double *u) { return LEVEL_IMAGES[u ? take_level(u, second) : LEVEL_ALL]; }
+
+/* ---- Both ends inside one lens ---- */
+
+/* Pairs of a lens, in its chart. */
+typedef struct inner {
+  size_t count;
+  size_t pair[BLOCK], images[BLOCK];
+  double from[BLOCK][3], to[BLOCK][3], second[BLOCK];
+} inner;
+
 static int spins(const lens *l) { return l->spacetime.kind == BENT_KERR && l->spacetime.spin != 0; }
 
 /* joint.cone in the spacetime's axes. Surfaces stay at their places of the chart, past which the ZAMO of a spinning hole moves:
@@ -101,74 +106,108 @@ static int spins(const lens *l) { return l->spacetime.kind == BENT_KERR && l->sp
 static vec3 cone_at(const lens *l, const double to[3], vec3 arrival, double spread)
 {
   if (!spins(l)) return v3_scale(arrival, 1 / spread);
-  const double out = hypot(to[0], to[1]), speed = -bent_zamo_speed(&l->spacetime, to); /* against time */
+  const double out = v2_length(to[0], to[1]), speed = -bent_zamo_speed(&l->spacetime, to); /* against time */
   const vec3 v = out > 0 ? v3(-speed * to[1] / out, speed * to[0] / out, 0) : v3(0, 0, 0);
   return v3_scale(v3_add(arrival, v), 1 / (spread * (1 + v3_dot(arrival, v))));
 }
 
-/* Connections of at most BLOCK pairs that are good places; pair k goes to out[target[k]]. */
-static void join_images(const lens *l, size_t n, const double (*from)[3], const double (*to)[3], const size_t *target,
-                        int level, int sky, int far, joints *out)
+/* Those that want just so many images. */
+static void join_images(const geometry *g, const lens *l, const inner *in, size_t images, int sky, int far, joints *out)
 {
-  const size_t images = spins(l) && LEVEL_IMAGES[level] > 2 ? 2 : LEVEL_IMAGES[level]; /* more are slow to find */
-  enum { ENTRIES = BLOCK * JOINTS_MAX };
+  enum { ENTRIES = BLOCK * IMAGES };
   uint8_t status[ENTRIES];
-  double launch[ENTRIES][3], arrival[ENTRIES][3], spread[ENTRIES], swept[ENTRIES];
+  double from[BLOCK][3], to[BLOCK][3], launch[ENTRIES][3], arrival[ENTRIES][3], spread[ENTRIES], swept[ENTRIES];
+  size_t which[BLOCK], n = 0;
+  for (size_t i = 0; i < in->count; i++) {
+    if (in->images[i] != images) continue;
+    for (int k = 0; k < 3; k++) from[n][k] = in->from[i][k], to[n][k] = in->to[i][k];
+    which[n++] = i;
+  }
+  if (!n) return;
   const bent_connections results = {.status = status, .launch = launch, .arrival = arrival, .spread = spread,
                                     .swept = swept};
+  const double(*a)[3] = (const double(*)[3])from, (*b)[3] = (const double(*)[3])to;
   bent_error ignored; /* all arguments have been checked */
-  const bent_status failed =
-      sky ? bent_connect_sky(&l->spacetime, n, from, to, far, images, JOINT_SHARE_MIN, TOLERANCE, &results, NULL, NULL,
-                             &ignored)
-          : bent_connect(&l->spacetime, n, from, to, images, JOINT_SHARE_MIN, TOLERANCE, &results, NULL, NULL, &ignored);
+  const bent_status failed = sky ? bent_connect_sky(&l->spacetime, n, a, b, far, images, JOINT_SHARE_MIN, TOLERANCE,
+                                                    &results, NULL, NULL, &ignored)
+                                 : bent_connect(&l->spacetime, n, a, b, images, JOINT_SHARE_MIN, TOLERANCE, &results,
+                                                NULL, NULL, &ignored);
   if (failed) return;
   for (size_t i = 0; i < n * images; i++) {
-    if (status[i] != BENT_CONNECTION_MET && status[i] != BENT_CONNECTION_RING) continue;
-    const size_t k = i / images;
-    const int order = (int)(i % images);
-    const double second = order ? chance_of_second(l, from[k], to[k], sky) : 1;
-    joints *j = &out[target[k]];
-    const vec3 arrives = v3_from(arrival[i]), cone = sky ? arrives : cone_at(l, to[k], arrives, spread[i]);
+    if (status[i] != BENT_CONNECTION_MET) continue; /* nor a ring: it has no light, its spread is 0 */
+    const size_t k = which[i / images];
+    const vec3 arrives = v3_from(arrival[i]), cone = sky ? arrives : cone_at(l, in->to[k], arrives, spread[i]);
     const double area = sky ? 1 : l->scale * l->scale, turned = 1 / l->scale; /* the matrix turns and scales */
-    j->list[j->count++] = (joint){v3_scale(mat4_vector(&l->world_from_spacetime, v3_from(launch[i])), turned),
-                                  v3_scale(mat4_vector(&l->world_from_spacetime, arrives), turned),
-                                  v3_scale(mat4_vector(&l->world_from_spacetime, cone), turned / area),
-                                  spread[i] * area, swept[i], chance_of_level(second, order < 2 ? order : 2)};
+    const joint j = {.launch = v3_scale(mat4_vector(&l->world_from_spacetime, v3_from(launch[i])), turned),
+                     .arrival = v3_scale(mat4_vector(&l->world_from_spacetime, arrives), turned),
+                     .cone = v3_scale(mat4_vector(&l->world_from_spacetime, cone), turned / area),
+                     .spread = spread[i] * area, .swept = swept[i], .first_lens = (int)(l - g->lenses),
+                     .chance = join_chance(in->second[k], (int)(i % images))};
+    joints_add(&out[in->pair[k]], &j);
   }
 }
 
-/* Those of a block of pairs in a lone lens whose images are listed up to a level. */
-static void join_level(const lens *l, size_t n, const vec3 *from, const vec3 *to, const double *u, int sky, int far,
-                       int level, joints *out)
+/* Whether a traced ray, which swept `swept`, can only be the first image; never if it arrived in a far sky. */
+static int is_first(const lens *l, vec3 from, vec3 to, int sky, int far, double swept)
 {
-  double a[BLOCK][3], b[BLOCK][3];
-  size_t target[BLOCK], count = 0;
-  for (size_t i = 0; i < n; i++) {
-    v3_to(a[count], mat4_point(&l->spacetime_from_world, from[i]));
-    v3_to(b[count], sky ? mat4_transposed_vector(&l->world_from_spacetime, to[i])
-                        : mat4_point(&l->spacetime_from_world, to[i]));
-    if (far) b[count][1] = -b[count][1]; /* the far side's sky is drawn mirrored (jump.c) */
-    if (!is_place(l, a[count]) || !(sky || is_place(l, b[count]))) continue;
-    const double second = chance_of_second(l, a[count], b[count], sky);
-    const double high = chance_of_level(second, level), low = chance_of_level(second, level + 1);
-    if (!(u[i] >= low && u[i] < high)) continue;
-    out[i].rest = (u[i] - low) / (high - low);
-    target[count++] = i;
+  const vec3 a = v3_sub(from, l->center), b = sky ? to : v3_sub(to, l->center);
+  const double angle = atan2(v3_length(v3_cross(a, b)), v3_dot(a, b));
+  if (spins(l)) { /* near the hole dragging confuses angles */
+    const double edge = 3 * bent_spacetime_core_radius(&l->spacetime) * l->scale;
+    if (angle > M_PI / 2 || v3_length(a) < edge || !(sky || v3_length(b) > edge)) return 0;
   }
-  if (count) join_images(l, count, (const double(*)[3])a, (const double(*)[3])b, target, level, sky, far, out);
+  return !far && fabs(swept - angle) < ANGLE_APART && angle < M_PI - 2 * ANGLE_APART;
+}
+
+/* Arguments as in join_by. All pairs are inside a lens that is all of space. */
+static void join_inside(const geometry *g, const lens *l, size_t n, const vec3 *from, const vec3 *to, double *u,
+                        const joint_trace *traces, int sky, int far, joints *out)
+{
+  inner in;
+  in.count = 0;
+  for (size_t i = 0; i < n; i++) {
+    if (!isinf(l->radius) && (sky || geometry_lens_at(g, from[i]) != l || geometry_lens_at(g, to[i]) != l)) continue;
+    vec3 a = mat4_point(&l->spacetime_from_world, from[i]);
+    vec3 b = sky ? mat4_transposed_vector(&l->world_from_spacetime, to[i]) : mat4_point(&l->spacetime_from_world, to[i]);
+    if (far) b.y = -b.y; /* the far side's sky is drawn mirrored (jump.c) */
+    const size_t k = in.count;
+    v3_to(in.from[k], a), v3_to(in.to[k], b);
+    if (!join_is_place(l, in.from[k]) || !(sky || join_is_place(l, in.to[k]))) continue;
+    in.pair[k] = i, in.second[k] = join_second_chance(l, a, b, sky);
+    in.images[k] = traces && is_first(l, from[i], to[i], sky, far, traces[i].swept)
+                       ? 1 : join_images_wanted(in.second[k], u ? &u[i] : NULL);
+    if (spins(l) && in.images[k] > 2) in.images[k] = 2; /* more are slow to find */
+    in.count++;
+  }
+  for (int level = 0; level < LEVELS; level++) join_images(g, l, &in, LEVEL_IMAGES[level], sky, far, out);
+}
+
+/* ---- All ways ---- */
+
+/* Joints of n <= BLOCK pairs by way of lens number `index`; -1: straight ones. Which images are listed is decided by the
+ * numbers u, which are then fit for further decisions; all if u is NULL, or those that `traces` may be. */
+static void join_by(const geometry *g, int index, size_t n, const vec3 *from, const vec3 *to, double *u,
+                    const joint_trace *traces, int sky, int far, joints *out)
+{
+  if (index < 0) {
+    for (size_t i = 0; i < n && !far; i++) join_straight(g, from[i], to[i], sky, &out[i]);
+    return;
+  }
+  const lens *l = &g->lenses[index];
+  if (isinf(l->radius) ? l == lone_lens(g) : join_is_wide(l)) join_inside(g, l, n, from, to, u, traces, sky, far, out);
+  join_by_lens(g, index, n, from, to, u, sky, far, out);
 }
 
 static void join_all(const geometry *g, size_t n, const vec3 *from, const vec3 *to, const double *u, int sky, int far,
                      joints *out)
 {
-  int bent;
-  const lens *l = lone_lens(g, &bent);
-  for (size_t i = 0; i < n && !l; i++) join_straight(g, from[i], to[i], u[i], sky, &out[i]);
-  for (size_t first = 0; first < n && l; first += BLOCK) {
+  for (size_t first = 0; first < n; first += BLOCK) {
     const size_t count = n - first < BLOCK ? n - first : BLOCK;
-    for (size_t i = first; i < first + count; i++) out[i].count = out[i].straight = 0;
-    for (int level = 0; level < LEVELS; level++)
-      join_level(l, count, from + first, to + first, u + first, sky, far, level, out + first);
+    double rest[BLOCK];
+    for (size_t i = 0; i < count; i++) rest[i] = u[first + i], out[first + i].count = 0;
+    for (int k = -1; k < (int)g->lens_count; k++)
+      join_by(g, k, count, from + first, to + first, rest, NULL, sky, far, out + first);
+    for (size_t i = 0; i < count; i++) out[first + i].rest = rest[i];
   }
 }
 
@@ -182,31 +221,41 @@ void join_sky(const geometry *g, size_t n, const vec3 *from, const vec3 *to, con
   join_all(g, n, from, to, u, 1, far, out);
 }
 
-int join_is_first(const geometry *g, vec3 from, vec3 to, int sky, double swept)
-{
-  int bent;
-  const lens *l = lone_lens(g, &bent);
-  if (!l) return 1;
-  const vec3 a = v3_sub(from, l->center), b = sky ? to : v3_sub(to, l->center);
-  const double angle = atan2(v3_length(v3_cross(a, b)), v3_dot(a, b));
-  if (spins(l)) { /* near the hole dragging confuses angles */
-    const double far = 3 * bent_spacetime_core_radius(&l->spacetime) * l->scale;
-    if (angle > M_PI / 2 || v3_length(a) < far || !(sky || v3_length(b) > far)) return 0;
-  }
-  return fabs(swept - angle) < ANGLE_APART && angle < M_PI - 2 * ANGLE_APART;
-}
-
-const joint *joints_find(const joints *joints, vec3 direction, double swept)
+static const joint *find(const joints *joints, const joint_trace *trace)
 {
   const joint *nearest = NULL;
   double distance = ANGLE_APART;
   for (int i = 0; i < joints->count; i++) {
     const joint *j = &joints->list[i];
-    const double off = v3_length(v3_sub(direction, j->launch));
-    if (fabs(swept - j->swept) > (joints->straight ? 0 : ANGLE_APART) || off > distance) continue;
+    if (j->first_lens != trace->first_lens || j->borders != trace->borders) continue;
+    const double off = v3_length(v3_sub(trace->launch, j->launch));
+    if (fabs(trace->swept - j->swept) > ANGLE_APART || off > distance) continue;
     nearest = j, distance = off;
   }
   return nearest;
+}
+
+void join_traced(const geometry *g, size_t n, const vec3 *from, const vec3 *to, int sky, int far, const joint_trace *traces,
+                 joint *out)
+{
+  for (size_t i = 0; i < n; i++) out[i] = (joint){.spread = 0};
+  for (int k = -1; k < (int)g->lens_count; k++) {
+    for (size_t next = 0; next < n;) {
+      vec3 a[BLOCK], b[BLOCK];
+      joint_trace traced[BLOCK];
+      size_t pair[BLOCK], count = 0;
+      for (; next < n && count < BLOCK; next++)
+        if (traces[next].first_lens == k)
+          a[count] = from[next], b[count] = to[next], traced[count] = traces[next], pair[count++] = next;
+      joints found[BLOCK];
+      for (size_t i = 0; i < count; i++) found[i].count = 0;
+      if (count) join_by(g, k, count, a, b, NULL, traced, sky, far, found);
+      for (size_t i = 0; i < count; i++) {
+        const joint *j = find(&found[i], &traced[i]);
+        if (j) out[pair[i]] = *j;
+      }
+    }
+  }
 }
 
 vec3 join_local_area(const geometry *g, vec3 position, vec3 area)

@@ -217,7 +217,7 @@ static PyObject *commit(PyObject *self, PyObject *object)
 
 /* The arrays of one intersect call. */
 enum { ORIGIN, DIRECTION, SOURCE, FATE, INSTANCE, TRIANGLE, BARYCENTRIC, POSITION, OUT_DIRECTION, LENGTH, SWEPT, ERROR,
-       SKY, ARRAYS };
+       FIRST_LENS, BORDERS, SKY, ARRAYS };
 enum { CHUNK = 1024 }; /* rays converted at a time between the caller's arrays and the core's structs */
 
 static void load_rays(const buffer *b, size_t begin, size_t n, const bent_ray *common, bent_ray *rays)
@@ -247,6 +247,8 @@ static void store_hits(const buffer *b, size_t begin, size_t n, const bent_hit *
     ((double *)buffer_data(&b[LENGTH]))[k] = h->length;
     ((double *)buffer_data(&b[SWEPT]))[k] = h->swept;
     ((double *)buffer_data(&b[ERROR]))[k] = h->error;
+    ((int32_t *)buffer_data(&b[FIRST_LENS]))[k] = h->first_lens;
+    ((uint32_t *)buffer_data(&b[BORDERS]))[k] = h->borders;
     ((int32_t *)buffer_data(&b[SKY]))[k] = h->sky;
   }
 }
@@ -273,10 +275,11 @@ static PyObject *intersect(PyObject *self, PyObject *args)
   PyObject *in[ARRAYS], *progress_object;
   bent_ray common = {.source_instance = -1, .source_triangle = -1};
   unsigned visibility;
-  if (!PyArg_ParseTuple(args, "OOOddddIOOOOOOOOOOO:intersect", &in[ORIGIN], &in[DIRECTION], &in[SOURCE],
+  if (!PyArg_ParseTuple(args, "OOOddddIOOOOOOOOOOOOO:intersect", &in[ORIGIN], &in[DIRECTION], &in[SOURCE],
                         &common.tolerance, &common.angular_tolerance, &common.length_min, &common.length_max,
                         &visibility, &progress_object, &in[FATE], &in[INSTANCE], &in[TRIANGLE], &in[BARYCENTRIC],
-                        &in[POSITION], &in[OUT_DIRECTION], &in[LENGTH], &in[SWEPT], &in[ERROR], &in[SKY]))
+                        &in[POSITION], &in[OUT_DIRECTION], &in[LENGTH], &in[SWEPT], &in[ERROR],
+                        &in[FIRST_LENS], &in[BORDERS], &in[SKY]))
     return NULL;
   common.visibility = visibility;
   static const struct {
@@ -288,7 +291,8 @@ static PyObject *intersect(PyObject *self, PyObject *args)
                      {"instance", 'i', 0, BUFFER_WRITE}, {"triangle", 'i', 0, BUFFER_WRITE},
                      {"barycentric", 'd', 2, BUFFER_WRITE}, {"position", 'd', 3, BUFFER_WRITE},
                      {"direction", 'd', 3, BUFFER_WRITE}, {"length", 'd', 0, BUFFER_WRITE},
-                     {"swept", 'd', 0, BUFFER_WRITE}, {"error", 'd', 0, BUFFER_WRITE}, {"sky", 'i', 0, BUFFER_WRITE}};
+                     {"swept", 'd', 0, BUFFER_WRITE}, {"error", 'd', 0, BUFFER_WRITE}, {"first_lens", 'i', 0, BUFFER_WRITE},
+                     {"borders", 'I', 0, BUFFER_WRITE}, {"sky", 'i', 0, BUFFER_WRITE}};
   int ok;
   bent_scene *scene = scene_value(self);
   bent_progress *progress = progress_value(progress_object, &ok);

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "light/join.h"
 #include "light/lights.h"
 #include "render/camera.h"
 #include "render/filter.h"
@@ -230,6 +231,70 @@ static PyObject *draw_lights(PyObject *self, PyObject *args)
   return result;
 }
 
+/* Joins n <= JOIN_BLOCK pairs from number `first` of the arrays that join() has. */
+enum { JOIN_BLOCK = 64 };
+static void join_block(const bent_scene *scene, const buffer *b, size_t first, size_t n, int sky, int far)
+{
+  const double(*points)[3] = buffer_data(&b[0]), (*ends)[3] = buffer_data(&b[1]);
+  vec3 from[JOIN_BLOCK], to[JOIN_BLOCK];
+  const double all[JOIN_BLOCK] = {0};
+  joints found[JOIN_BLOCK];
+  for (size_t i = 0; i < n; i++) from[i] = v3_from(points[first + i]), to[i] = v3_from(ends[first + i]);
+  if (sky) join_sky(scene->geometry, n, from, to, all, far, found);
+  else join_points(scene->geometry, n, from, to, all, found);
+  for (size_t i = 0; i < n; i++) {
+    ((int32_t *)buffer_data(&b[2]))[first + i] = found[i].count;
+    for (int k = 0; k < found[i].count; k++) {
+      const joint *j = &found[i].list[k];
+      const size_t at = (first + i) * JOINTS_MAX + (size_t)k;
+      v3_to(((double(*)[3])buffer_data(&b[3]))[at], j->launch);
+      v3_to(((double(*)[3])buffer_data(&b[4]))[at], j->arrival);
+      ((double *)buffer_data(&b[5]))[at] = j->spread;
+      ((double *)buffer_data(&b[6]))[at] = j->swept;
+      ((int32_t *)buffer_data(&b[7]))[at] = j->first_lens;
+      ((uint32_t *)buffer_data(&b[8]))[at] = j->borders;
+    }
+  }
+}
+
+/* _join(points, ends, sky, far, count, launch, arrival, spread, swept, first_lens, borders) */
+static PyObject *join(PyObject *self, PyObject *args)
+{
+  enum { ARRAYS = 9 };
+  static const struct {
+    const char *name;
+    char format;
+    int dimensions, flags;
+  } KINDS[ARRAYS] = {{"points", 'd', 2, BUFFER_FINITE}, {"ends", 'd', 2, BUFFER_FINITE}, {"count", 'i', 1, BUFFER_WRITE},
+                     {"launch", 'd', 3, BUFFER_WRITE}, {"arrival", 'd', 3, BUFFER_WRITE},
+                     {"spread", 'd', 2, BUFFER_WRITE}, {"swept", 'd', 2, BUFFER_WRITE},
+                     {"first_lens", 'i', 2, BUFFER_WRITE}, {"borders", 'I', 2, BUFFER_WRITE}};
+  PyObject *in[ARRAYS];
+  int sky, far, bad = 0;
+  if (!PyArg_ParseTuple(args, "OOppOOOOOOO:join", &in[0], &in[1], &sky, &far, &in[2], &in[3], &in[4], &in[5], &in[6],
+                        &in[7], &in[8]))
+    return NULL;
+  const bent_scene *scene = scene_value(self);
+  if (!scene) return NULL;
+  if (!scene->committed) return PyErr_SetString(PyExc_RuntimeError, "scene: has edits without a commit"), NULL;
+  buffer b[ARRAYS] = {0};
+  Py_ssize_t n = -1;
+  for (int i = 0; i < ARRAYS && !bad; i++) {
+    Py_ssize_t rows[2] = {n, 3}, many[3] = {n, JOINTS_MAX, 3};
+    bad = buffer_get(&b[i], in[i], KINDS[i].name, KINDS[i].format, KINDS[i].dimensions, i < 3 ? rows : many,
+                     KINDS[i].flags) < 0;
+    if (i == 0) n = rows[0];
+  }
+  if (!bad) {
+    Py_BEGIN_ALLOW_THREADS
+    for (size_t first = 0; first < (size_t)n; first += JOIN_BLOCK)
+      join_block(scene, b, first, (size_t)n - first < JOIN_BLOCK ? (size_t)n - first : JOIN_BLOCK, sky, far);
+    Py_END_ALLOW_THREADS
+  }
+  buffer_release_all(b, ARRAYS);
+  return bad ? NULL : Py_NewRef(Py_None);
+}
+
 /* Takes the arrays of a dict {channel name: array} in the order of the table. Returns 0, or -1 with an error. */
 static int get_channels(PyObject *dict, Py_ssize_t height, Py_ssize_t width, buffer buffers[BENT_CHANNELS_MAX],
                         float *arrays[BENT_CHANNELS_MAX])
@@ -383,6 +448,7 @@ PyMethodDef scene_render_methods[] = {{"_set_camera", KEYWORDS(set_camera), NULL
                                       {"_set_suns", set_suns, METH_VARARGS, NULL},
                                       {"_set_lamps", set_lamps, METH_VARARGS, NULL},
                                       {"_draw_lights", draw_lights, METH_VARARGS, NULL},
+                                      {"_join", join, METH_VARARGS, NULL},
                                       {"_render_tile", KEYWORDS(render_tile), NULL},
                                       {0}};
 PyMethodDef render_functions[] = {

@@ -30,32 +30,29 @@ void direct_reach(const tracer *t, int count, const path *paths, const bent_hit 
 {
   const lights *lights = t->scene->lights;
   vec3 from[3][DIRECT_BATCH], to[3][DIRECT_BATCH]; /* places, the sky, the far sky */
-  double u[3][DIRECT_BATCH]; /* nearly 1: the first image, 0: all */
+  joint_trace traces[3][DIRECT_BATCH];
   int path_of[3][DIRECT_BATCH], n[3] = {0};
   for (int i = 0; i < count; i++) {
     const bent_hit *hit = &hits[i];
+    const scattering *s = &paths[i].scattered;
     out[i] = (reach){0};
-    if (!(paths[i].scattered.pdf > 0) || t->settings->light_sampling == BENT_LIGHTS_SCATTERING) continue;
+    if (!(s->pdf > 0) || t->settings->light_sampling == BENT_LIGHTS_SCATTERING) continue;
     const int is_place = hit->fate == BENT_HIT && lights_draw_triangle(lights, hit->instance, hit->triangle);
     const int is_sky = (hit->fate == BENT_ESCAPED || hit->fate == BENT_ESCAPED_FAR) && lights_draw_sky(lights);
     if (!is_place && !is_sky) continue;
-    const int list = is_place ? 0 : hit->fate == BENT_ESCAPED ? 1 : 2;
-    const vec3 begin = paths[i].scattered.position, end = v3_from(is_place ? hit->position : hit->direction);
-    from[list][n[list]] = begin, to[list][n[list]] = end;
-    const double swept = paths[i].scattered.swept + hit->swept;
-    u[list][n[list]] = list < 2 && join_is_first(t->scene->geometry, begin, end, is_sky, swept) ? 1 - 0x1p-53 : 0;
-    path_of[list][n[list]++] = i;
+    const int list = is_place ? 0 : hit->fate == BENT_ESCAPED ? 1 : 2, k = n[list]++;
+    from[list][k] = s->position;
+    to[list][k] = v3_from(is_place ? hit->position : hit->direction);
+    traces[list][k] = (joint_trace){s->direction, s->swept + hit->swept,
+                                    s->first_lens < 0 ? hit->first_lens : s->first_lens, s->borders + hit->borders};
+    path_of[list][k] = i;
   }
   for (int list = 0; list < 3; list++) {
-    joints found[DIRECT_BATCH];
-    if (!n[list]) continue;
-    if (list == 0) join_points(t->scene->geometry, (size_t)n[0], from[0], to[0], u[0], found);
-    else join_sky(t->scene->geometry, (size_t)n[list], from[list], to[list], u[list], list == 2, found);
-    for (int k = 0; k < n[list]; k++) {
-      const int i = path_of[list][k];
-      const joint *j = joints_find(&found[k], paths[i].scattered.direction, paths[i].scattered.swept + hits[i].swept);
-      if (j) out[i] = (reach){1, j->spread * j->chance, v3_scale(j->cone, 1 / j->chance)};
-    }
+    joint found[DIRECT_BATCH];
+    join_traced(t->scene->geometry, (size_t)n[list], from[list], to[list], list > 0, list == 2, traces[list], found);
+    for (int k = 0; k < n[list]; k++)
+      if (found[k].spread > 0) out[path_of[list][k]] = (reach){1, found[k].spread * found[k].chance,
+                                                            v3_scale(found[k].cone, 1 / found[k].chance)};
   }
 }
 
@@ -209,12 +206,13 @@ static vec3 joined_light(const tracer *t, const lit_vertex *v, const light_sampl
 }
 
 static void add_shadow(const tracer *t, path_block *block, const lit_vertex *v, const light_sample *s, const joint *j,
-                       int straight, int far, vec3 light, uint64_t blockers)
+                       int far, vec3 light, uint64_t blockers)
 {
-  const int i = block->shadow_count++, sky = s->kind == LIGHT_SUN || s->kind == LIGHT_SKY;
+  const int i = block->shadow_count++, straight = joint_is_straight(j);
+  const int sky = s->kind == LIGHT_SUN || s->kind == LIGHT_SKY;
   block->shadows[i] = (shadow){.path = (int)(v->path - block->paths), .kind = s->kind, .target = s->target,
                                .instance = s->kind == LIGHT_TRIANGLE ? s->index : -1, .triangle = s->triangle,
-                               .swept = j->swept, .straight = straight, .far = far, .light = light,
+                               .swept = j->swept, .borders = j->borders, .straight = straight, .far = far, .light = light,
                                .blockers = blockers,
                                .from = v->point.position,
                                .ray = v->point.ray};
@@ -244,7 +242,7 @@ static void add_shadows(const tracer *t, path_block *block, const lit_vertex *v,
     if (!(value > 0) || joints->rest >= chance) continue;
     light[k] = v3_scale(light[k], 1 / min2(chance, 1));
     if (!blockers) v->path->radiance = v3_add(v->path->radiance, light[k]);
-    else add_shadow(t, block, v, s, &joints->list[k], joints->straight, far, light[k], blockers);
+    else add_shadow(t, block, v, s, &joints->list[k], far, light[k], blockers);
   }
 }
 
@@ -284,6 +282,7 @@ void direct_draw(const tracer *t, path_block *block, int count, const lit_vertex
 static int is_before(const shadow *s, const bent_ray *ray, const bent_hit *hit)
 {
   if (s->kind == LIGHT_SUN || s->kind == LIGHT_SKY) return 1;
+  if (hit->borders != s->borders) return hit->borders < s->borders;
   const double left = s->swept - hit->swept;
   if (fabs(left) > 0.1) return left > 0;
   /* the rest of the way is nearly straight */
@@ -298,7 +297,7 @@ static int arrives(const shadow *s, const bent_hit *hit)
 {
   if (hit->fate == BENT_UNRESOLVED) return 0;
   if (s->kind == LIGHT_SUN || s->kind == LIGHT_SKY) return hit->fate == (s->far ? BENT_ESCAPED_FAR : BENT_ESCAPED);
-  return 1; /* behind a target it may end as it likes */
+  return hit->borders >= s->borders; /* behind a target it may end as it likes */
 }
 
 /* What part of the light a surface lets straight through. */
@@ -332,6 +331,7 @@ static int shadow_step(const tracer *t, path_block *block, shadow *s, bent_ray *
   }
   if (!(v3_max(s->light) > 0)) return 0;
   s->swept -= hit->swept;
+  s->borders -= hit->borders;
   ray->length_max -= hit->length;
   if (!(ray->length_max >= 0)) ray->length_max = 0;
   path_set_ray(t, ray, v3_from(hit->position), v3_from(hit->direction), hit);

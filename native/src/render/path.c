@@ -176,6 +176,8 @@ static void pass_through(const tracer *t, path *p, bent_ray *ray, const bent_hit
 {
   p->travelled += hit->length;
   p->scattered.swept += hit->swept;
+  p->scattered.borders += hit->borders;
+  if (p->scattered.first_lens < 0) p->scattered.first_lens = hit->first_lens;
   ray->length_min = fmax(ray->length_min - hit->length, 0);
   ray->length_max -= hit->length;
   path_set_ray(t, ray, v3_from(hit->position), v3_from(hit->direction), hit);
@@ -230,7 +232,7 @@ static int scatter(const tracer *t, path *p, bent_ray *ray, const bent_hit *hit,
   p->last = is_last(t->settings, &p->ray);
   if (!survives(t->settings, p, u[3])) return 0;
   p->scattered = (scattering){point->position, direct_normal(point, set), drawn.wi, drawn.pdf,
-                              t->scene->geometry->instances[hit->instance].receiver_set, 0};
+                              t->scene->geometry->instances[hit->instance].receiver_set, 0, -1, 0};
   ray->length_min = 0, ray->length_max = INFINITY;
   ray->visibility = (uint32_t)drawn.lobe;
   path_set_ray(t, ray, point->position, drawn.wi, hit);

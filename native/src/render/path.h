@@ -29,7 +29,10 @@ typedef struct scattering {
   vec3 direction;        /* drawn */
   double pdf;            /* of the direction, by solid angle; 0: a mirror's or the camera's, which no light sampling finds */
   uint32_t receiver_set; /* of the instance there */
-  double swept;          /* from there to the ray's origin, by way of surfaces that it went through, radians */
+  /* from there to the ray's origin, by way of surfaces that it went through, as in bent_hit */
+  double swept;
+  int first_lens;
+  uint32_t borders;
 } scattering;
 
 /* A path in the making. */
@@ -55,8 +58,9 @@ typedef struct shadow {
   light_kind kind;
   vec3 target;  /* as in light_sample */
   int instance, triangle; /* that the target lies on; instance -1: none */
-  double swept; /* left until the target, radians */
-  int straight; /* space is flat all the way */
+  double swept;     /* left until the target, radians */
+  uint32_t borders; /* also, as in bent_hit */
+  int straight;     /* no lens on the way */
   int far;      /* the target is in the sky beyond a wormhole */
   vec3 light;
   uint64_t blockers;    /* sets of instances that hold the light up */
@@ -64,7 +68,7 @@ typedef struct shadow {
   ray_history ray;
 } shadow;
 
-enum { SHADOWS = 2048 };
+enum { SHADOWS = 4096 };
 
 /* Room for `capacity` paths in flight in one scene. */
 typedef struct path_block {
