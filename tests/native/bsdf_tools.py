@@ -29,6 +29,9 @@ PRINCIPLED = {
     "coat_ior": 1.5,
     "coat_tint": (1.0, 1.0, 1.0),
     "coat_normal": NORMAL,
+    "sheen_weight": 0.0,
+    "sheen_roughness": 0.5,
+    "sheen_tint": (1.0, 1.0, 1.0),
 }
 
 
@@ -60,6 +63,10 @@ def refraction(color=1.0, roughness=0.0, ior=1.5, normal=NORMAL, weight=1.0):
 
 def translucent(color=1.0, normal=NORMAL, weight=1.0):
     return ("translucent", (color, normal), None, weight)
+
+
+def sheen(color=1.0, roughness=0.5, normal=NORMAL, distribution="MICROFIBER", weight=1.0):
+    return ("sheen", (color, roughness, normal), distribution, weight)
 
 
 def transparent(color=1.0, weight=1.0):

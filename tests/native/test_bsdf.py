@@ -13,6 +13,7 @@ from bsdf_tools import (
     material,
     principled,
     refraction,
+    sheen,
     translucent,
     transparent,
 )
@@ -39,6 +40,10 @@ ROUGH = {
     "stretched_across": (glossy(0.8, 0.5, anisotropy=-0.6, distribution="GGX"),),
     "stretched_plastic": (principled(roughness=0.6, base_color=(0.8, 0.3, 0.1), anisotropy=0.9, rotation=0.3),),
     "coat": (principled(roughness=0.8, metallic=0.5, coat_weight=0.8, coat_roughness=0.4, coat_tint=(0.9, 0.5, 0.7)),),
+    "sheen": (sheen((0.9, 0.5, 0.1), 0.4),),
+    "sheen_rough": (sheen(1.0, 1.0),),
+    "velvet": (sheen((0.9, 0.5, 0.1), 0.6, distribution="ASHIKHMIN"),),
+    "fuzzy": (principled(roughness=0.6, sheen_weight=0.8, sheen_roughness=0.3, coat_weight=0.5, coat_roughness=0.5),),
     "everything": (principled(metallic=0.3, transmission=0.4, diffuse_roughness=0.6, specular_level=0.9),),
     "mixed": (diffuse(0.5, weight=0.3), glossy(1.0, 0.5, weight=0.5), glass(1.0, 0.6, weight=0.2)),
 }
@@ -59,7 +64,8 @@ def uniform(count, seed=1):
 def test_drawn_directions_follow_the_pdf(name, view):
     grid, index, point = Grid(), material(*ROUGH[name]), VIEWS[view]
     directions = grid.directions()
-    _, pdf = SCENE.evaluate_bsdf(index, directions.reshape(-1, 3), **point)
+    value, pdf = SCENE.evaluate_bsdf(index, directions.reshape(-1, 3), **point)
+    pdf[value.max(axis=1) == 0] = 0  # absorbed when drawn
     chance = pdf.reshape(directions.shape[:3]).mean(axis=2).ravel() * grid.cell
     drawn = SCENE.draw_bsdf(index, uniform(200_000), **point)
     kept = drawn.lobe != 0
@@ -128,6 +134,7 @@ def test_single_scattering_gains_no_energy(roughness, mu):
         glass(roughness=roughness, distribution="GGX"),
         refraction(roughness=roughness),
         translucent(),
+        sheen(roughness=roughness),
         glossy(roughness=roughness, distribution="GGX", anisotropy=0.8),
         principled("GGX", base_color=1.0, metallic=1.0, roughness=roughness),
         principled("GGX", base_color=1.0, metallic=1.0, roughness=roughness, anisotropy=0.7),
@@ -141,7 +148,12 @@ def test_single_scattering_gains_no_energy(roughness, mu):
 
 @pytest.mark.parametrize(
     "closure",
-    [diffuse(0.7, 0.9), glossy(0.9, 0.4, distribution="GGX"), glossy(0.9, 0.4, distribution="GGX", anisotropy=0.6)],
+    [
+        diffuse(0.7, 0.9),
+        glossy(0.9, 0.4, distribution="GGX"),
+        glossy(0.9, 0.4, distribution="GGX", anisotropy=0.6),
+        sheen(0.9, 0.7, distribution="ASHIKHMIN"),
+    ],
 )
 def test_reflection_is_reciprocal(closure):
     """f(a, b) = f(b, a), where the model says so: not for lobes whose Fresnel layer or compensation sees wo alone."""

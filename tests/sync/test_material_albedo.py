@@ -50,6 +50,16 @@ def coated(tree, distribution="MULTI_GGX", **inputs):
     return principled(tree, distribution, **inputs)
 
 
+def metallic(tree, model, distribution="MULTI_GGX", roughness=0.5, **inputs):
+    inputs = {"Roughness": roughness, "Anisotropy": 0.6, "Rotation": 0.1, "Tangent": tangent(tree)} | inputs
+    return new(tree, "BsdfMetallic", inputs, fresnel_type=model, distribution=distribution)
+
+
+def fuzzy(tree, roughness, **inputs):
+    sheen = {"Sheen Weight": 0.9, "Sheen Roughness": roughness, "Sheen Tint": (0.7, 1, 0.4, 1)}
+    return principled(tree, **sheen, **inputs)
+
+
 def tangent(tree):
     """Not at right angles to any normal here."""
     return new(tree, "CombineXYZ", {0: 0.9, 1: 0.5, 2: -0.3}).outputs[0]
@@ -75,7 +85,7 @@ def mixed(tree):
     return new(tree, "AddShader", {0: dim.outputs[0], 1: light.outputs[0]})
 
 
-# Rough glass that makes up for multiple scattering is in test_material_glass.py.
+# Others have files of their own: rough glass that makes up for multiple scattering, sheen, metal of a refractive index.
 CASES = {
     "diffuse": lambda t: diffuse(t, 0),
     "oren_nayar": lambda t: diffuse(t, 0.7),
@@ -108,6 +118,10 @@ CASES = {
     "coat_on_light": lambda t: coated(t, **{"Emission Strength": 2.0, "Emission Color": (1, 0.5, 0, 1), "Alpha": 0.7}),
     "coat_slight": lambda t: coat_of_its_own(t, "slight"),
     "coat_steep": lambda t: coat_of_its_own(t, "steep"),
+    "metallic": lambda t: metallic(t, "F82", **{"Base Color": (0.9, 0.5, 0.2, 1), "Edge Tint": (0.4, 0.8, 1, 1)}),
+    "metallic_smooth": lambda t: metallic(t, "F82", roughness=0.0),
+    "fuzzy_plastic": lambda t: fuzzy(t, 0.6),
+    "fuzzy_coat": lambda t: fuzzy(t, 0.4, **{"Coat Weight": 0.7, "Emission Strength": 1.0, "Alpha": 0.8}),
     "stretched": lambda t: stretched_glossy(t, 0.7, 0.0),
     "stretched_across": lambda t: stretched_glossy(t, -0.6, 0.15, "MULTI_GGX"),
     "stretched_metal": lambda t: stretched(t, 0.8, 0.3, Metallic=1.0),

@@ -54,7 +54,7 @@ def test_unsupported_value_node_warns_once_and_keeps_the_socket_value():
 
 def test_unsupported_shader_becomes_diffuse():
     def build(tree):
-        return new(tree, "BsdfSheen", {"Color": (0.4, 0.5, 0.6, 1)}).outputs[0]
+        return new(tree, "BsdfToon", {"Color": (0.4, 0.5, 0.6, 1)}).outputs[0]
 
     result, warnings = shade(make_material(build))
     assert len(warnings) == 1 and "diffuse" in warnings[0]
@@ -88,7 +88,10 @@ def linked(tree, kind, inputs):
     [
         ("BsdfPrincipled", {"Coat Weight": 0.7, "Coat Roughness": 0.4, "Coat IOR": 1.9, "Coat Tint": 0.5}),
         ("BsdfPrincipled", {"Metallic": 1.0, "Anisotropic": 0.8, "Anisotropic Rotation": 0.1}),
+        ("BsdfPrincipled", {"Sheen Weight": 0.8, "Sheen Roughness": 0.9, "Sheen Tint": 0.3}),
         ("BsdfAnisotropic", {"Anisotropy": -0.8, "Rotation": 0.1}),
+        ("BsdfMetallic", {"Anisotropy": 0.8, "Rotation": 0.1, "Roughness": 0.8}),
+        ("BsdfSheen", {"Roughness": 0.9}),
     ],
 )
 def test_linked_inputs_count_as_their_own_values(kind, inputs):

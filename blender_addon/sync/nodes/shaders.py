@@ -7,7 +7,6 @@ from .compiler import NodeView, shader_node
 # Inputs of the Principled BSDF that are not supported, with the value at which they do nothing.
 _PRINCIPLED_MISSING = {
     "Subsurface Weight": 0.0,
-    "Sheen Weight": 0.0,
     "Thin Film Thickness": 0.0,
 }
 
@@ -37,6 +36,7 @@ def _principled(node: NodeView, weight: int) -> None:
     operands += _stretch(node, "Anisotropic", "Anisotropic Rotation")
     operands += [node.input(f"Coat {name}") for name in ("Weight", "Roughness", "IOR", "Tint")]
     operands.append(node.constant(0.0) if node.is_default("Coat Weight", 0.0) else node.normal("Coat Normal"))
+    operands += [node.input(f"Sheen {name}") for name in ("Weight", "Roughness", "Tint")]
     node.emit("principled", weight, *operands, immediates=(_distribution(node),))
 
 
@@ -59,6 +59,16 @@ def _glossy(node: NodeView, weight: int) -> None:
     node.emit("glossy", weight, *operands, *stretch, immediates=(_distribution(node),))
 
 
+@shader_node("ShaderNodeBsdfMetallic")
+def _metallic(node: NodeView, weight: int) -> None:
+    _missing(node, {"Thin Film Thickness": 0.0})
+    model = node.node.fresnel_type
+    colors = ("Base Color", "Edge Tint") if model == "F82" else ("IOR", "Extinction")
+    operands = (*map(node.input, colors), node.input("Roughness"), node.normal())
+    stretch = _stretch(node, "Anisotropy", "Rotation")
+    node.emit("metallic", weight, *operands, *stretch, immediates=(_distribution(node), model))
+
+
 @shader_node("ShaderNodeBsdfGlass")
 def _glass(node: NodeView, weight: int) -> None:
     _missing(node, {"Thin Film Thickness": 0.0})
@@ -75,6 +85,12 @@ def _refraction(node: NodeView, weight: int) -> None:
 @shader_node("ShaderNodeBsdfTranslucent")
 def _translucent(node: NodeView, weight: int) -> None:
     node.emit("translucent", weight, node.input("Color"), node.normal())
+
+
+@shader_node("ShaderNodeBsdfSheen")
+def _sheen(node: NodeView, weight: int) -> None:
+    operands = (node.input("Color"), node.input("Roughness"), node.normal())
+    node.emit("sheen", weight, *operands, immediates=(node.node.distribution,))
 
 
 @shader_node("ShaderNodeHoldout")

@@ -3,6 +3,7 @@
 
 #include "scene/fresnel.h"
 #include "scene/microfacet.h"
+#include "scene/sheen.h"
 
 typedef struct frame {
   vec3 x, y, z;
@@ -14,11 +15,12 @@ static frame frame_around(vec3 z)
   v3_basis(z, &f.x, &f.y);
   return f;
 }
-/* In which the microfacets of a lobe are described. */
+/* In which a lobe that looks different from different sides is described. */
 static frame frame_of(const closure *c)
 {
-  return c->alpha == c->alpha_y ? frame_around(c->normal)
-                                : (frame){c->tangent, v3_cross(c->normal, c->tangent), c->normal};
+  return c->kind != CLOSURE_SHEEN && c->alpha == c->alpha_y
+             ? frame_around(c->normal)
+             : (frame){c->tangent, v3_cross(c->normal, c->tangent), c->normal};
 }
 static vec3 into_frame(const frame *f, vec3 v) { return v3(v3_dot(f->x, v), v3_dot(f->y, v), v3_dot(f->z, v)); }
 static vec3 out_of_frame(const frame *f, vec3 v)
@@ -63,6 +65,22 @@ static lobe_value evaluate_translucent(const closure *c, vec3 wi)
   return (lobe_value){v3_splat(value), value};
 }
 
+static lobe_value evaluate_sheen(const closure *c, vec3 wi)
+{
+  const frame f = frame_of(c);
+  const vec3 w = into_frame(&f, wi);
+  const double value = w.z > 0 ? sheen_density(c->sheen_a, c->sheen_b, w) : 0;
+  return (lobe_value){v3_splat(value), value};
+}
+
+static lobe_value evaluate_velvet(const closure *c, vec3 wo, vec3 wi)
+{
+  const frame f = frame_around(c->normal);
+  const vec3 out = into_frame(&f, wo), in = into_frame(&f, wi);
+  if (out.z <= 0 || in.z <= 0) return (lobe_value){{0, 0, 0}, 0};
+  return (lobe_value){v3_splat(velvet_value(c->sheen_a, out, in)), 0.5 / MICROFACET_PI};
+}
+
 /* wo and wi in the frame of the normal. Walter et al. (2007), equations 20, 21 and 41. */
 static lobe_value evaluate_microfacet(const closure *c, vec3 wo, vec3 wi)
 {
@@ -88,6 +106,9 @@ static lobe_value evaluate_microfacet(const closure *c, vec3 wo, vec3 wi)
   return out;
 }
 
+/* Of the lobes that reflect. */
+static int is_diffuse(const closure *c) { return c->kind == CLOSURE_DIFFUSE || c->kind == CLOSURE_SHEEN; }
+
 static lobe_value evaluate_lobe(const closure *c, const shade_point *point, vec3 wi)
 {
   const int through = v3_dot(point->geometric_normal, wi) < 0;
@@ -95,13 +116,17 @@ static lobe_value evaluate_lobe(const closure *c, const shade_point *point, vec3
   lobe_value out;
   if (c->kind == CLOSURE_DIFFUSE) {
     out = evaluate_diffuse(c, point->wo, wi);
+  } else if (c->kind == CLOSURE_SHEEN) {
+    out = evaluate_sheen(c, wi);
+  } else if (c->kind == CLOSURE_VELVET) {
+    out = evaluate_velvet(c, point->wo, wi);
   } else if (c->kind == CLOSURE_TRANSLUCENT) {
     out = evaluate_translucent(c, wi);
   } else {
     const frame f = frame_of(c);
     out = evaluate_microfacet(c, into_frame(&f, point->wo), into_frame(&f, wi));
   }
-  if (!through && c->kind == CLOSURE_DIFFUSE && v3_dot(c->normal, point->normal) < 1 - 1e-9)
+  if (!through && is_diffuse(c) && v3_dot(c->normal, point->normal) < 1 - 1e-9)
     out.value = v3_scale(out.value, bump_shadow(point->normal, c->normal, wi));
   out.value = v3_mul(out.value, c->weight);
   return out;
@@ -110,7 +135,7 @@ static lobe_value evaluate_lobe(const closure *c, const shade_point *point, vec3
 static bsdf_lobe kind_of(const closure *c, const shade_point *point, vec3 wi)
 {
   if (v3_dot(point->geometric_normal, wi) < 0) return LOBE_TRANSMISSION;
-  return c->kind == CLOSURE_DIFFUSE ? LOBE_DIFFUSE : LOBE_GLOSSY;
+  return is_diffuse(c) ? LOBE_DIFFUSE : LOBE_GLOSSY;
 }
 
 vec3 bsdf_evaluate(const closure_set *set, const shade_point *point, vec3 wi, uint32_t kinds, double *pdf)
@@ -153,15 +178,24 @@ static int draw_delta(const closure *c, const shade_point *point, double u, bsdf
   return (v3_dot(out->wi, point->geometric_normal) < 0) == through;
 }
 
+/* A direction from a lobe that is not of microfacets: a cosine, what is made of one, or all directions alike. */
+static void draw_cosine(const closure *c, double u0, double u1, bsdf_sample *out)
+{
+  const frame f = c->kind == CLOSURE_SHEEN ? frame_of(c) : frame_around(c->normal);
+  const int through = c->kind == CLOSURE_TRANSLUCENT, uniform = c->kind == CLOSURE_VELVET;
+  const double r = sqrt(uniform ? u0 * (2 - u0) : u0), z = uniform ? 1 - u0 : sqrt(max2(1 - u0, 0));
+  const double phi = 2 * MICROFACET_PI * u1;
+  vec3 w = v3(r * cos(phi), r * sin(phi), through ? -z : z);
+  if (c->kind == CLOSURE_SHEEN) w = sheen_direction(c->sheen_a, c->sheen_b, w);
+  out->wi = out_of_frame(&f, w);
+  out->lobe = through ? LOBE_TRANSMISSION : is_diffuse(c) ? LOBE_DIFFUSE : LOBE_GLOSSY;
+}
+
 /* A direction from one rough lobe. */
 static int draw_rough(const closure *c, const shade_point *point, double u0, double u1, double u2, bsdf_sample *out)
 {
-  if (c->kind == CLOSURE_DIFFUSE || c->kind == CLOSURE_TRANSLUCENT) {
-    const frame f = frame_around(c->normal);
-    const int through = c->kind == CLOSURE_TRANSLUCENT;
-    const double r = sqrt(u0), phi = 2 * MICROFACET_PI * u1, z = sqrt(max2(1 - u0, 0));
-    out->wi = out_of_frame(&f, v3(r * cos(phi), r * sin(phi), through ? -z : z));
-    out->lobe = through ? LOBE_TRANSMISSION : LOBE_DIFFUSE;
+  if (!closure_is_microfacet(c)) {
+    draw_cosine(c, u0, u1, out);
     return 1;
   }
   const frame f = frame_of(c);

@@ -30,7 +30,7 @@ static int is_opaque(const closure *c) { return c->kind != CLOSURE_TRANSPARENT; 
 /* Sharp reflections and refractions show what lies behind; denoising wants to see that (Cycles: alpha 0.075). */
 static int is_rough(const closure *c)
 {
-  return c->kind == CLOSURE_DIFFUSE || (c->kind != CLOSURE_TRANSPARENT && c->alpha * c->alpha_y > 0.075 * 0.075);
+  return is_opaque(c) && (!closure_is_microfacet(c) || c->alpha * c->alpha_y > 0.075 * 0.075);
 }
 
 void describe_surface(const tracer *t, path *path, double length, sample_record *record, const shade_point *point,

@@ -6,6 +6,7 @@
 
 #include "scene/fresnel.h"
 #include "scene/microfacet_energy.h"
+#include "scene/sheen.h"
 #include "scene/shading.h"
 
 /* The smallest cosine that a reflection may leave a microfacet's surface with, if wo itself is not lower. */
@@ -145,6 +146,56 @@ void closure_stretch(closure *c, double factor, const stretch *stretch)
   c->alpha_y = saturate(c->alpha_y / factor);
 }
 
+void closure_stretch_along(closure *c, const stretch *stretch)
+{
+  const double anisotropy = saturate(stretch->anisotropy);
+  if (anisotropy > 0) closure_stretch(c, 1 / sqrt(1 - 0.9 * anisotropy), stretch);
+}
+
+/* Mean over the cosine-weighted hemisphere of Schlick's curve minus the dip of `edge`. */
+static vec3 conductor_average(vec3 f0, vec3 edge)
+{
+  return v3_saturate(v3_sub(v3_mix(f0, v3_splat(1), 1.0 / 21), v3_scale(edge, 1.0 / 126)));
+}
+
+void closure_finish_metal(closure_set *set, closure *c, const shade_point *point, vec3 color, vec3 tint,
+                          int multiscatter)
+{
+  c->fresnel = FRESNEL_CONDUCTOR;
+  c->f0 = color;
+  c->edge = fresnel_conductor_edge(color, tint);
+  const double mu = saturate(v3_dot(c->normal, point->wo));
+  closure_finish_reflection(set, c, point, fresnel_conductor(mu, c->f0, c->edge), conductor_average(c->f0, c->edge),
+                            multiscatter);
+}
+
+/* The mean of the true curve is that of the curve by Schlick that agrees at mu = 1 and 1/7, as in Cycles. */
+static void finish_complex_metal(closure_set *set, closure *c, const shade_point *point, vec3 n, vec3 k,
+                                 int multiscatter)
+{
+  c->fresnel = FRESNEL_COMPLEX;
+  c->f0 = n;
+  c->edge = k;
+  const vec3 front = fresnel_complex_colors(1, n, k), side = fresnel_complex_colors(1.0 / 7, n, k);
+  const vec3 schlick = fresnel_conductor(1.0 / 7, front, v3(0, 0, 0));
+  const vec3 tint = v3(side.x / schlick.x, side.y / schlick.y, side.z / schlick.z);
+  const double mu = saturate(v3_dot(c->normal, point->wo));
+  closure_finish_reflection(set, c, point, fresnel_complex_colors(mu, n, k),
+                            conductor_average(front, fresnel_conductor_edge(front, tint)), multiscatter);
+}
+
+void closure_add_metallic(closure_set *set, const shade_point *point, vec3 weight, vec3 color_or_ior,
+                          vec3 tint_or_extinction, double roughness, vec3 normal, const stretch *stretch,
+                          int multiscatter, int physical)
+{
+  closure *c = closure_next_microfacet(set, CLOSURE_REFLECTION, point, v3_positive(weight), roughness, normal);
+  if (!c) return;
+  closure_stretch_along(c, stretch);
+  const vec3 a = v3_positive(color_or_ior), b = v3_positive(tint_or_extinction);
+  if (physical) finish_complex_metal(set, c, point, a, b, multiscatter);
+  else closure_finish_metal(set, c, point, v3_saturate(a), v3_saturate(b), multiscatter);
+}
+
 void closure_add_glossy(closure_set *set, const shade_point *point, vec3 weight, vec3 color, double roughness,
                         vec3 normal, const stretch *stretch, int multiscatter)
 {
@@ -208,6 +259,34 @@ void closure_add_translucent(closure_set *set, const shade_point *point, vec3 we
   if (!c) return;
   c->normal = raise_reflection(point, closure_valid_normal(point, normal)); /* as Cycles, though nothing is reflected */
   closure_finish(set, c, v3_splat(1));
+}
+
+vec3 closure_add_sheen(closure_set *set, const shade_point *point, vec3 weight, vec3 color, double roughness, vec3 normal)
+{
+  const vec3 n = closure_valid_normal(point, normal);
+  const double mu = v3_dot(n, point->wo);
+  const sheen_lobe lobe = sheen_lobe_at(max2(saturate(roughness), 1e-3), saturate(mu));
+  if (!(lobe.a > 1e-5 && lobe.albedo > 1e-5)) return v3(0, 0, 0); /* nothing to see; as Cycles */
+  closure *c = closure_next(set, CLOSURE_SHEEN, v3_positive(v3_scale(v3_mul(weight, v3_positive(color)), lobe.albedo)));
+  if (!c) return v3(0, 0, 0);
+  vec3 across;
+  v3_basis(n, &c->tangent, &across);
+  const vec3 along = v3_mad(n, -mu, point->wo); /* without length where wo is the normal, and the lobe round */
+  if (v3_dot(along, along) > 1e-24) c->tangent = v3_normalize(along);
+  c->normal = n;
+  c->sheen_a = lobe.a;
+  c->sheen_b = lobe.b;
+  closure_finish(set, c, v3_splat(1));
+  return c->weight;
+}
+
+void closure_add_velvet(closure_set *set, const shade_point *point, vec3 weight, vec3 color, double roughness, vec3 normal)
+{
+  closure *c = closure_next(set, CLOSURE_VELVET, v3_positive(v3_mul(weight, v3_positive(color))));
+  if (!c) return;
+  c->normal = closure_valid_normal(point, normal);
+  c->sheen_a = 1 / squared(max2(saturate(roughness), 0.01));
+  closure_finish(set, c, v3_splat(1)); /* its albedo is not known; as Cycles */
 }
 
 void closure_add_transparent(closure_set *set, vec3 weight)

@@ -11,6 +11,8 @@ struct shade_point;
 
 typedef enum closure_kind {
   CLOSURE_DIFFUSE,    /* Lambert; with roughness, energy-preserving Oren-Nayar */
+  CLOSURE_SHEEN,      /* fibers that stand on the surface (scene/sheen.h) */
+  CLOSURE_VELVET,     /* microfacets that stand upright rather than lie (scene/sheen.h) */
   CLOSURE_REFLECTION, /* GGX reflection; alpha 0: mirror */
   CLOSURE_GLASS,      /* dielectric GGX reflection and refraction; alpha 0: smooth */
   CLOSURE_REFRACTION, /* glass without its reflection and its Fresnel loss */
@@ -22,7 +24,8 @@ typedef enum fresnel_kind {
   FRESNEL_NONE,       /* reflects everything (Glossy BSDF: its color is in the weight) */
   FRESNEL_DIELECTRIC, /* unpolarized dielectric */
   FRESNEL_TINTED,     /* the dielectric curve remapped to start at f0 instead of its own value at normal incidence */
-  FRESNEL_CONDUCTOR   /* Schlick from f0 to 1, minus `edge` * mu (1 - mu)^6 (F82 tint) */
+  FRESNEL_CONDUCTOR,  /* Schlick from f0 to 1, minus `edge` * mu (1 - mu)^6 (F82 tint) */
+  FRESNEL_COMPLEX     /* conductor of refractive index f0 and extinction coefficient `edge` */
 } fresnel_kind;
 
 typedef struct closure {
@@ -33,7 +36,8 @@ typedef struct closure {
   double share;             /* relative chance of being sampled; the set's shares sum to 1 after closure_set_finish */
   double alpha;             /* microfacets: roughness^2, along the tangent; diffuse: Oren-Nayar roughness in [0, 1] */
   double alpha_y;           /* microfacets: across the tangent */
-  vec3 tangent;             /* where alpha and alpha_y differ: a unit vector at right angles to the normal */
+  vec3 tangent;             /* of sheen, and where alpha and alpha_y differ: a unit vector at right angles to the normal */
+  double sheen_a, sheen_b;  /* sheen: its shape; velvet: a is how upright */
   double ior;               /* of the side beyond the surface relative to the side of wo */
   double energy_scale;      /* makes up for light lost between microfacets; 1 for single scattering */
   vec3 f0, edge;            /* Fresnel colors */
@@ -63,23 +67,33 @@ void closure_add_diffuse(closure_set *set, const struct shade_point *point, vec3
                          vec3 normal);
 void closure_add_glossy(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color, double roughness,
                         vec3 normal, const stretch *stretch, int multiscatter);
+/* Metal of a color from the front and a tint at the edge or, if `physical`, of a refractive index and an extinction. */
+void closure_add_metallic(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color_or_ior,
+                          vec3 tint_or_extinction, double roughness, vec3 normal, const stretch *stretch,
+                          int multiscatter, int physical);
 void closure_add_glass(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color, double roughness,
                        double ior, vec3 normal, int multiscatter);
 void closure_add_refraction(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color, double roughness,
                             double ior, vec3 normal);
 void closure_add_translucent(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color, vec3 normal);
 void closure_add_transparent(closure_set *set, vec3 weight);
+/* Returns what the lobe takes from the layers below. */
+vec3 closure_add_sheen(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color, double roughness,
+                       vec3 normal);
+void closure_add_velvet(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color, double roughness,
+                        vec3 normal);
 
 typedef struct principled {
-  vec3 base_color, normal, specular_tint, emission_color, coat_tint, coat_normal;
+  vec3 base_color, normal, specular_tint, emission_color, coat_tint, coat_normal, sheen_tint;
   double metallic, roughness, diffuse_roughness, ior, specular_level, transmission, alpha, emission_strength;
-  double coat_weight, coat_roughness, coat_ior;
+  double coat_weight, coat_roughness, coat_ior, sheen_weight, sheen_roughness;
   stretch stretch;
   int multiscatter;
 } principled;
 enum {
   PRINCIPLED_LOBES = 5, /* at most: transparent, metal, glass, specular, diffuse */
-  PRINCIPLED_COAT_LOBES = 1
+  PRINCIPLED_COAT_LOBES = 1,
+  PRINCIPLED_SHEEN_LOBES = 1
 };
 void closure_add_principled(closure_set *set, const struct shade_point *point, vec3 weight, const principled *p);
 /* Only the light that it emits, which is what closure_add_principled adds. */
@@ -95,10 +109,13 @@ void closure_set_finish(closure_set *set);
 
 /* The smooth limit: below this, in the geometric mean, a microfacet lobe is a delta. Blender's threshold. */
 #define CLOSURE_ALPHA_MIN 1.4142135623730951e-5
+static inline int closure_is_microfacet(const closure *c)
+{
+  return c->kind == CLOSURE_REFLECTION || c->kind == CLOSURE_GLASS || c->kind == CLOSURE_REFRACTION;
+}
 static inline int closure_is_delta(const closure *c)
 {
-  const int is_diffuse = c->kind == CLOSURE_DIFFUSE || c->kind == CLOSURE_TRANSLUCENT;
   return c->kind == CLOSURE_TRANSPARENT ||
-         (!is_diffuse && c->alpha * c->alpha_y <= CLOSURE_ALPHA_MIN * CLOSURE_ALPHA_MIN);
+         (closure_is_microfacet(c) && c->alpha * c->alpha_y <= CLOSURE_ALPHA_MIN * CLOSURE_ALPHA_MIN);
 }
 #endif

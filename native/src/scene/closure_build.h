@@ -16,6 +16,8 @@ closure *closure_next_microfacet(closure_set *set, closure_kind kind, const shad
                                  double roughness, vec3 normal);
 /* Multiplies the roughness squared by `factor` > 0 along the tangent and divides it by that across. */
 void closure_stretch(closure *c, double factor, const stretch *stretch);
+/* Up to 10 times as rough along the tangent as across. */
+void closure_stretch_along(closure *c, const stretch *stretch);
 /* Of microfacets, the geometric mean of both directions. */
 double closure_roughness(const closure *c);
 
@@ -25,6 +27,9 @@ void closure_finish(closure_set *set, closure *c, vec3 albedo);
  * what the lobe takes from the layers below: light lost between microfacets is not given to them. */
 vec3 closure_finish_reflection(closure_set *set, closure *c, const shade_point *point, vec3 colors, vec3 fss,
                                int multiscatter);
+/* A reflecting lobe of metal by its color and its tint at the edge, both in [0, 1]. */
+void closure_finish_metal(closure_set *set, closure *c, const shade_point *point, vec3 color, vec3 tint,
+                          int multiscatter);
 /* Glass with the Fresnel fields set; `fss` is the mean color that each bounce between facets is multiplied by. */
 void closure_finish_glass(closure_set *set, closure *c, const shade_point *point, vec3 fss, int multiscatter);
 #endif

@@ -1,6 +1,6 @@
 /* The Principled BSDF as a stack of layers. Each adds its lobe and lets through what is left for those below.
  *
- * From the top: opacity, coat, emission, metal, glass, specular, diffuse. The model is that of Blender 4.5 and 5.0.
+ * From the top: opacity, sheen, coat, emission, metal, glass, specular, diffuse. The model is that of Blender 4.5 and 5.0.
  */
 #include <stddef.h>
 
@@ -31,6 +31,17 @@ static vec3 finish_dielectric(closure_set *set, closure *c, const shade_point *p
   return closure_finish_reflection(set, c, point, v3_mix(f0, v3_splat(1), rise), fss, multiscatter);
 }
 
+/* Its fibers stand on the coat where there is one. */
+static vec3 principled_sheen(closure_set *set, const shade_point *point, vec3 weight, const principled *p)
+{
+  const double amount = saturate(p->sheen_weight);
+  if (amount == 0) return weight;
+  const vec3 base = closure_valid_normal(point, p->normal), coat = closure_valid_normal(point, p->coat_normal);
+  const vec3 normal = v3_mix(base, coat, saturate(p->coat_weight));
+  return layer_below(weight, closure_add_sheen(set, point, v3_scale(weight, amount), p->sheen_tint, p->sheen_roughness,
+                                               normal));
+}
+
 /* Makes up for multiple scattering whatever the distribution. The tint is the color of light that goes straight down
  * through the coat and up again; its thickness is 1. */
 static vec3 principled_coat(closure_set *set, const shade_point *point, vec3 weight, const principled *p)
@@ -46,26 +57,14 @@ static vec3 principled_coat(closure_set *set, const shade_point *point, vec3 wei
   return v3_positive(v3_mul(weight, v3_mix(v3_splat(1), through, amount)));
 }
 
-/* Of metal and specular: up to 10 times as rough along the tangent as across. */
-static void principled_stretch(closure *c, const principled *p)
-{
-  const double anisotropy = saturate(p->stretch.anisotropy);
-  if (anisotropy > 0) closure_stretch(c, 1 / sqrt(1 - 0.9 * anisotropy), &p->stretch);
-}
-
 static vec3 principled_metal(closure_set *set, const shade_point *point, vec3 weight, const principled *p)
 {
-  const double metallic = saturate(p->metallic), roughness = saturate(p->roughness);
-  const vec3 color = v3_saturate(p->base_color), f82 = v3_saturate(p->specular_tint);
-  closure *c = closure_next_microfacet(set, CLOSURE_REFLECTION, point, v3_scale(weight, metallic), roughness, p->normal);
+  const double metallic = saturate(p->metallic);
+  closure *c = closure_next_microfacet(set, CLOSURE_REFLECTION, point, v3_scale(weight, metallic), p->roughness,
+                                       p->normal);
   if (c) {
-    principled_stretch(c, p);
-    c->fresnel = FRESNEL_CONDUCTOR;
-    c->f0 = color;
-    c->edge = fresnel_conductor_edge(color, f82);
-    const double mu = saturate(v3_dot(c->normal, point->wo));
-    const vec3 fss = v3_saturate(v3_sub(v3_mix(color, v3_splat(1), 1.0 / 21), v3_scale(c->edge, 1.0 / 126)));
-    closure_finish_reflection(set, c, point, fresnel_conductor(mu, c->f0, c->edge), fss, p->multiscatter);
+    closure_stretch_along(c, &p->stretch);
+    closure_finish_metal(set, c, point, v3_saturate(p->base_color), v3_saturate(p->specular_tint), p->multiscatter);
   }
   return v3_scale(weight, 1 - metallic);
 }
@@ -95,7 +94,7 @@ static vec3 principled_specular(closure_set *set, const shade_point *point, vec3
   if (eta == 1) return weight;
   closure *c = closure_next_microfacet(set, CLOSURE_REFLECTION, point, weight, p->roughness, p->normal);
   if (!c) return weight;
-  principled_stretch(c, p);
+  closure_stretch_along(c, &p->stretch);
   const vec3 color = v3_saturate(v3_scale(v3_positive(p->specular_tint), f0));
   return layer_below(weight, finish_dielectric(set, c, point, eta, color, p->multiscatter));
 }
@@ -103,7 +102,8 @@ static vec3 principled_specular(closure_set *set, const shade_point *point, vec3
 /* What is above emission: the weight that is left for it and the layers below. */
 static vec3 principled_upper_layers(closure_set *set, const shade_point *point, vec3 weight, const principled *p)
 {
-  return principled_coat(set, point, v3_scale(v3_positive(weight), saturate(p->alpha)), p);
+  weight = v3_scale(v3_positive(weight), saturate(p->alpha));
+  return principled_coat(set, point, principled_sheen(set, point, weight, p), p);
 }
 
 static void add_emission(closure_set *set, vec3 weight, const principled *p)
@@ -114,7 +114,7 @@ static void add_emission(closure_set *set, vec3 weight, const principled *p)
 
 void closure_emit_principled(closure_set *set, const shade_point *point, vec3 weight, const principled *p)
 {
-  closure above[PRINCIPLED_COAT_LOBES];
+  closure above[PRINCIPLED_SHEEN_LOBES + PRINCIPLED_COAT_LOBES];
   closure_set unused = {.closures = above};
   add_emission(set, principled_upper_layers(&unused, point, weight, p), p);
 }

@@ -58,6 +58,20 @@ static inline vec3 fresnel_conductor_edge(vec3 f0, vec3 f82)
   return v3_mul(v3_scale(v3_mix(f0, v3_splat(1), f5), 7 / (f5 * f)), v3_sub(v3_splat(1), f82));
 }
 
+/* Unpolarized conductor of one channel with refractive index n and extinction coefficient k, at mu in (0, 1]: Born and
+ * Wolf, "Principles of Optics", section 14.2. */
+static inline double fresnel_complex(double mu, double n, double k)
+{
+  const double mu2 = mu * mu, sin2 = 1 - mu2, d = n * n - k * k - sin2, ab = sqrt(d * d + 4 * n * n * k * k);
+  const double t = 2 * mu * sqrt(max2((ab + d) / 2, 0)), c = ab + mu2, e = mu2 * ab + sin2 * sin2;
+  const double s = (c - t) / max2(c + t, 1e-300), p = s * (e - t * sin2) / max2(e + t * sin2, 1e-300);
+  return saturate((s + p) / 2);
+}
+static inline vec3 fresnel_complex_colors(double mu, vec3 n, vec3 k)
+{
+  return v3(fresnel_complex(mu, n.x, k.x), fresnel_complex(mu, n.y, k.y), fresnel_complex(mu, n.z, k.z));
+}
+
 /* Reflected and transmitted colors of a lobe for a microfacet seen under cos_i. */
 static inline void fresnel_colors(const closure *c, double cos_i, vec3 *reflected, vec3 *transmitted, double *cos_t)
 {
@@ -70,6 +84,8 @@ static inline void fresnel_colors(const closure *c, double cos_i, vec3 *reflecte
     *reflected = v3_splat(1);
   } else if (c->fresnel == FRESNEL_CONDUCTOR) {
     *reflected = fresnel_conductor(cos_i, c->f0, c->edge);
+  } else if (c->fresnel == FRESNEL_COMPLEX) {
+    *reflected = fresnel_complex_colors(cos_i, c->f0, c->edge);
   } else {
     const double f = fresnel_dielectric(cos_i, c->ior, cos_t);
     *reflected = c->fresnel == FRESNEL_DIELECTRIC ? v3_splat(f)

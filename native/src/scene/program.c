@@ -148,7 +148,9 @@ static void classify(program *p)
 #define IS_ZERO(i) (in[i] && in[i]->x == zero.x && in[i]->y == zero.y && in[i]->z == zero.z)
     if (rows[code[0]].run == op_light_path && code[2] >= PATH_IS_DIFFUSE) p->asks_scattering = 1;
     if (kind == SCATTERS || kind == SEE_THROUGH) p->lobe_count++;
-    if (kind == PRINCIPLED) p->lobe_count += PRINCIPLED_LOBES + (IS_ZERO(16) ? 0 : PRINCIPLED_COAT_LOBES);
+    if (kind == PRINCIPLED)
+      p->lobe_count += PRINCIPLED_LOBES + (IS_ZERO(16) ? 0 : PRINCIPLED_COAT_LOBES) +
+                       (IS_ZERO(21) ? 0 : PRINCIPLED_SHEEN_LOBES);
     if (kind == SEE_THROUGH && !IS_ZERO(0) && !IS_ZERO(1)) p->may_be_transparent = 1;
     if (kind == EMITS && !IS_ZERO(0) && !IS_ZERO(1) && !IS_ZERO(2)) p->may_emit = 1;
     if (kind == PRINCIPLED && !IS_ZERO(0)) {

@@ -71,6 +71,8 @@ void program_run(const program *program, program_context *context);
 #define ENVIRONMENT_PROJECTIONS(X) X(EQUIRECTANGULAR) X(MIRROR_BALL)
 #define NORMAL_SPACES(X) X(TANGENT) X(OBJECT) X(WORLD) X(BLENDER_OBJECT) X(BLENDER_WORLD)
 #define DISTRIBUTIONS(X) X(GGX) X(MULTI_GGX)
+#define CONDUCTORS(X) X(F82) X(PHYSICAL_CONDUCTOR)
+#define SHEEN_MODELS(X) X(ASHIKHMIN) X(MICROFIBER)
 #define DIMENSIONS(X) X(1D) X(2D) X(3D) X(4D)
 #define FRACTAL_TYPES(X) X(MULTIFRACTAL) X(RIDGED_MULTIFRACTAL) X(HYBRID_MULTIFRACTAL) X(FBM) X(HETERO_TERRAIN)
 #define VORONOI_FEATURES(X) X(F1) X(F2) X(SMOOTH_F1) X(DISTANCE_TO_EDGE) X(N_SPHERE_RADIUS)
@@ -152,14 +154,17 @@ void program_run(const program *program, program_context *context);
   OP(diffuse, 0, 4, SCATTERS, NONE)  /* weight, color, roughness, normal */                                            \
   /* weight, color, roughness, normal, anisotropy, rotation, tangent */                                                \
   OP(glossy, 0, 7, SCATTERS, NAMES(DISTRIBUTIONS))                                                                     \
+  /* weight, base color or ior, edge tint or extinction, roughness, normal, anisotropy, rotation, tangent */            \
+  OP(metallic, 0, 8, SCATTERS, NAMES(DISTRIBUTIONS), NAMES(CONDUCTORS))                                                \
   OP(glass, 0, 5, SCATTERS, NAMES(DISTRIBUTIONS)) /* weight, color, roughness, ior, normal */                          \
   OP(refraction, 0, 5, SCATTERS, NONE) /* weight, color, roughness, ior, normal */                                     \
   OP(translucent, 0, 3, SCATTERS, NONE) /* weight, color, normal */                                                    \
+  OP(sheen, 0, 4, SCATTERS, NAMES(SHEEN_MODELS)) /* weight, color, roughness, normal */                                \
   OP(holdout, 0, 1, PER_POINT, NONE) /* weight */                                                                      \
   /* weight, base color, metallic, roughness, diffuse roughness, ior, specular level, specular tint, transmission,    \
    * alpha, normal, emission color, emission strength, anisotropy, rotation, tangent, coat weight, coat roughness,    \
-   * coat ior, coat tint, coat normal */                                                                               \
-  OP(principled, 0, 21, PRINCIPLED, NAMES(DISTRIBUTIONS))
+   * coat ior, coat tint, coat normal, sheen weight, sheen roughness, sheen tint */                                    \
+  OP(principled, 0, 24, PRINCIPLED, NAMES(DISTRIBUTIONS))
 
 #define ENUMERATION(name) name,
 typedef enum math_operation { MATH_OPERATIONS(ENUMERATION) } math_operation;

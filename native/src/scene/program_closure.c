@@ -26,6 +26,14 @@ OPERATION(glossy)
     closure_add_glossy(context->set, context->point, *in[0], *in[1], in[2]->x, *in[3], &stretch, immediates[0]);
 }
 
+OPERATION(metallic)
+{
+  const stretch stretch = {.anisotropy = in[5]->x, .rotation = in[6]->x, .tangent = *in[7]};
+  if (!context->emission_only)
+    closure_add_metallic(context->set, context->point, *in[0], *in[1], *in[2], in[3]->x, *in[4], &stretch,
+                         immediates[0], immediates[1]);
+}
+
 OPERATION(glass)
 {
   if (!context->emission_only)
@@ -43,6 +51,13 @@ OPERATION(translucent)
   if (!context->emission_only) closure_add_translucent(context->set, context->point, *in[0], *in[1], *in[2]);
 }
 
+OPERATION(sheen)
+{
+  if (context->emission_only) return;
+  if (immediates[0]) closure_add_sheen(context->set, context->point, *in[0], *in[1], in[2]->x, *in[3]);
+  else closure_add_velvet(context->set, context->point, *in[0], *in[1], in[2]->x, *in[3]);
+}
+
 OPERATION(holdout)
 {
   context->set->holdout = v3_saturate(v3_add(context->set->holdout, *in[0]));
@@ -56,7 +71,8 @@ OPERATION(principled)
                         .emission_color = *in[11], .emission_strength = in[12]->x,
                         .stretch = {in[13]->x, in[14]->x, *in[15]}, .coat_weight = in[16]->x,
                         .coat_roughness = in[17]->x, .coat_ior = in[18]->x, .coat_tint = *in[19],
-                        .coat_normal = *in[20], .multiscatter = immediates[0]};
+                        .coat_normal = *in[20], .sheen_weight = in[21]->x, .sheen_roughness = in[22]->x,
+                        .sheen_tint = *in[23], .multiscatter = immediates[0]};
   if (context->emission_only) closure_emit_principled(context->set, context->point, *in[0], &p);
   else closure_add_principled(context->set, context->point, *in[0], &p);
 }
