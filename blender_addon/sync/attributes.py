@@ -17,12 +17,13 @@ _RAW = {"BOOLEAN": bool, "INT": np.int32, "INT8": np.int32, "INT32_2D": np.int32
 
 _ZERO = (0.0, 0.0, 0.0, 0.0)
 
+DERIVED_KINDS = ("TANGENT", "POINTINESS", "ISLAND")
 OBJECT_KINDS = ("OBJECT", "INSTANCER", "VIEW_LAYER")
 
 
 class AttributeKey(NamedTuple):
     """What is asked for. `kind`: 'GEOMETRY', 'COLOR' (a color attribute; no name: the one that renders), or one of
-    OBJECT_KINDS; or what is made of a mesh, see derived.py."""
+    OBJECT_KINDS, or one of DERIVED_KINDS, which derived.py makes."""
 
     kind: str
     name: str = ""

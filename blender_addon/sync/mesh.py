@@ -11,7 +11,8 @@ from dataclasses import replace
 import bpy
 import numpy as np
 
-from .attributes import AttributeKey, Corners, read_mesh_attribute
+from .attributes import DERIVED_KINDS, AttributeKey, Corners, read_mesh_attribute
+from .derived import read_derived
 from .scene_data import MeshData
 
 _FARTHEST = 1e18  # Embree is blind to what lies farther out
@@ -29,7 +30,8 @@ def read_mesh(obj: bpy.types.Object, wanted: dict[int, AttributeKey]) -> MeshDat
     data = _triangles(mesh, loops, vertices, polygons)
     corners = Corners(loops, vertices, np.repeat(polygons[:, None], 3, axis=1))
     for number, key in wanted.items():
-        values = read_mesh_attribute(obj, key, corners)
+        is_derived = key.kind in DERIVED_KINDS
+        values = read_derived(mesh, *key, corners) if is_derived else read_mesh_attribute(obj, key, corners)
         if values is not None:
             data.attributes[number] = values
     return data

@@ -10,11 +10,11 @@ import numpy as np
 from ..report import RenderError, Reporter
 from . import light, mesh, spacetime
 from .attributes import OBJECT_KINDS, AttributeKey, read_object_attribute
+from .hashing import WORD, hash_words
 from .light_linking import LightLinking
 from .material import MaterialTable
 from .scene_data import CameraData, InstanceData, LampData, MeshData, SceneData, Visibility
 
-_WORD = 0xFFFFFFFF
 _SINGULAR = 5e-7  # of the volume of the box that a matrix's columns could span: less may be rounding of float32
 _ZERO_SIZE = "Object '{}' has zero size: none of its faces has an area. To hide an object, disable it in renders"
 _UNSUPPORTED_TYPES = {"CURVES": "hair", "POINTCLOUD": "point clouds", "VOLUME": "volumes"}
@@ -271,17 +271,8 @@ def _is_singular(matrix: np.ndarray) -> bool:
 def _random_number(instance: bpy.types.DepsgraphObjectInstance) -> float:
     """A number in [0, 1] that is the object's own: of an instance Blender's, else made from the name as by Cycles."""
     if instance.is_instance:
-        return (instance.random_id & _WORD) / _WORD
+        return (instance.random_id & WORD) / WORD
     word = 0
     for byte in instance.object.name.encode():
-        word = (word * 37 + byte) & _WORD
-    return _hash_words(word, 0) / _WORD
-
-
-def _hash_words(x: int, y: int) -> int:
-    """Bob Jenkins' lookup3 of two 32 bit words."""
-    start = 0xDEADBEEF + (2 << 2) + 13
-    a, b, c = (start + x) & _WORD, (start + y) & _WORD, start & _WORD
-    for shift in (14, 11, 25, 16, 4, 14, 24):  # c, a and b change in turn, each by the one before
-        c, a, b = a, b, ((c ^ b) - (b << shift | b >> (32 - shift))) & _WORD
-    return b
+        word = (word * 37 + byte) & WORD
+    return hash_words(word, 0) / WORD

@@ -2,10 +2,7 @@
 
 import bpy
 import numpy as np
-import pytest
 
-from blender_addon.sync.images import ImageTable
-from blender_addon.sync.material import compile_material
 from tests.engine import stage
 from tests.engine.cycles_pictures import point_pictures
 
@@ -58,9 +55,3 @@ def test_materials_know_their_object_and_triangle_as_in_cycles(tmp_path):
         np.testing.assert_allclose(ours[y], cycles[y], rtol=1e-6, atol=tolerance, err_msg=output)
     random = ours[outputs.index("Random"), :, 0]
     assert len(set(random)) == COLUMNS and ((random > 0) & (random < 1)).all()
-
-
-@pytest.mark.parametrize("output", ["Pointiness", "Random Per Island"])
-def test_what_is_not_known_is_named(output):
-    warnings = compile_material(asking_material("NewGeometry", output), ImageTable()).warnings
-    assert len(warnings) == 1 and output in warnings[0]

@@ -14,7 +14,22 @@ def _geometry(node: NodeView) -> Outputs:
         name: name.upper().replace(" ", "_")
         for name in ("Position", "Tangent", "True Normal", "Incoming", "Parametric", "Backfacing")
     }
-    return _linked_coordinates(node, kinds)
+    derived = {"Pointiness": "POINTINESS", "Random Per Island": "ISLAND"}
+    outputs = {name: node.attribute(kind) for name, kind in derived.items() if name in _linked(node)}
+    return outputs | _linked_coordinates(node, kinds)
+
+
+@value_node("ShaderNodeTangent")
+def _tangent(node: NodeView) -> Outputs:
+    settings = node.node
+    if settings.direction_type == "UV_MAP":
+        return {"Tangent": node.emit("tangent", node.attribute("TANGENT", settings.uv_map))}
+    middle = node.emit("vector_math", node.coordinate("GENERATED"), *[node.constant(0.5)] * 3, immediates=("SUBTRACT",))
+    axis = node.constant([float(settings.axis == name) for name in "XYZ"])
+    around = node.emit("vector_math", axis, middle, axis, axis, immediates=("CROSS_PRODUCT",))
+    if settings.axis == "Y":  # which Cycles goes around the other way
+        around = node.emit("multiply", around, node.constant(-1.0))
+    return {"Tangent": node.emit("tangent", around)}
 
 
 @value_node("ShaderNodeObjectInfo")

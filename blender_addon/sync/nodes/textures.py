@@ -140,6 +140,11 @@ def _bump(node: NodeView) -> Outputs:
 
 @value_node("ShaderNodeNormalMap")
 def _normal_map(node: NodeView) -> Outputs:
+    if node.node.space == "TANGENT":
+        tangent = node.attribute("TANGENT", node.node.uv_map)
+        return {
+            "Normal": node.emit("normal_map_along", node.input("Strength"), node.input("Color"), tangent, tangent + 2)
+        }
     return {
         "Normal": node.emit("normal_map", node.input("Strength"), node.input("Color"), immediates=(node.node.space,))
     }

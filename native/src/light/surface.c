@@ -99,7 +99,9 @@ void surface_at(const bent_scene *scene, const bent_hit *hit, vec3 from, surface
   vec3 smooth = own;
   if (m->corner_normals) {
     const float(*n)[3] = m->corner_normals[hit->triangle];
-    smooth = local_covector(&frame, mat4_transposed_vector(&inst->mesh_from_world, blend(w, n[0], n[1], n[2])));
+    const vec3 blended = blend(w, n[0], n[1], n[2]);
+    p.normal_length = v3_length(blended);
+    smooth = local_covector(&frame, mat4_transposed_vector(&inst->mesh_from_world, blended));
     if (!(v3_dot(smooth, own) > 0)) smooth = own; /* garbage, or so coarse that it points inside */
   }
   if (m->corner_uvs) p.corner_uvs = m->corner_uvs[hit->triangle];

@@ -120,6 +120,8 @@ void program_run(const program *program, program_context *context);
   OP(rotate, 1, 4, PURE, NONE)       /* vector, center, axis, angle */                                                 \
   OP(change_space, 1, 1, PER_POINT, NAMES(VECTOR_TYPES), NAMES(SPACES), NAMES(SPACES)) /* what it is; from, to */      \
   OP(normal_map, 1, 2, PER_POINT, NAMES(NORMAL_SPACES)) /* strength, color */                                          \
+  OP(normal_map_along, 1, 4, PER_POINT, NONE) /* strength, color, tangent of the object, its sign */                   \
+  OP(tangent, 1, 1, PER_POINT, NONE) /* normal of the object that it is to be along -> tangent of the surface */       \
   OP(fresnel, 1, 2, PER_POINT, NONE) /* ior, normal */                                                                 \
   OP(layer_weight, 2, 2, PER_POINT, NONE) /* blend, normal -> fresnel, facing */                                       \
   OP(checker, 2, 4, PURE, NONE)      /* vector, color 1, color 2, scale -> color, factor */                            \

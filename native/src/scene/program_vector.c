@@ -175,6 +175,13 @@ static vec3 object_from_tangent(const shade_point *p, vec3 c)
   return v3_add(v3_add(v3_scale(tangent, c.x), v3_scale(bitangent, c.y)), v3_scale(normal, c.z));
 }
 
+OPERATION(tangent)
+{
+  const shade_point *p = context->point;
+  const vec3 along = world_from_object_normal(p, *in[0]);
+  *out = v3_cross(p->normal, v3_normalize(v3_cross(along, p->normal)));
+}
+
 /* Strength, color. Tangent space needs a UV map; without one the normal stays. */
 OPERATION(normal_map)
 {
@@ -196,4 +203,23 @@ OPERATION(normal_map)
   n = v3_normalize(p->backfacing ? v3_scale(n, -1) : n);
   if (space != SPACE_TANGENT && strength != 1) n = v3_normalize(v3_mad(v3_sub(n, p->normal), strength, p->normal));
   *out = v3_dot(n, n) > 0 ? n : p->normal;
+}
+
+/* Tangent space of tangents that are interpolated as the normals are, neither made unit again (as in Cycles). */
+OPERATION(normal_map_along)
+{
+  const shade_point *p = context->point;
+  const double strength = fmax(in[0]->x, 0);
+  const vec3 c = v3_sub(v3_scale(*in[1], 2), v3_splat(1)), tangent = *in[2];
+  if (v3_dot(tangent, tangent) == 0) { /* the mesh has none: that of the triangle */
+    op_normal_map(context, in, (const int32_t[]){SPACE_TANGENT}, out);
+    return;
+  }
+  const vec3 unit = object_from_world_normal(p, p->backfacing ? v3_scale(p->normal, -1) : p->normal);
+  const vec3 normal = p->normal_length > 0 ? v3_scale(unit, p->normal_length) : unit;
+  const vec3 bitangent = v3_scale(v3_cross(normal, tangent), in[3]->x);
+  const vec3 mapped = v3_add(v3_add(v3_scale(tangent, c.x * strength), v3_scale(bitangent, c.y * strength)),
+                             v3_scale(normal, 1 + (c.z - 1) * saturate(strength)));
+  const vec3 n = world_from_object_normal(p, v3_normalize(mapped));
+  *out = v3_dot(n, n) > 0 ? (p->backfacing ? v3_scale(n, -1) : n) : p->normal;
 }

@@ -43,6 +43,7 @@ typedef struct shade_point {
   vec3 wo;               /* towards where the ray came from */
   vec3 geometric_normal; /* of the triangle, on the side of wo */
   vec3 normal;           /* interpolated shading normal, on the same side of the triangle as geometric_normal */
+  double normal_length;  /* before it was made unit, as interpolated in the object's axes; 0: 1 */
   vec3 tangent;          /* dP/du, made orthogonal to normal; zero if there is no UV map */
   double tangent_sign;   /* +1 or -1: bitangent = sign * cross(normal, tangent), normal as on the triangle's own side */
   double uv[2];
