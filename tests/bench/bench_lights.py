@@ -52,6 +52,20 @@ def small_lamp() -> bpy.types.Scene:
     return scene
 
 
+def other_side() -> bpy.types.Scene:
+    """The room with a wormhole, dark but for what comes through it from a lamp of 10 cm in the garden."""
+    scene = room_wormhole.build()
+    for name in ("Left lamp", "Right lamp"):
+        bpy.data.objects.remove(bpy.data.objects[name])
+    scene.world = None
+    lamp = bpy.data.lights.new("Lamp", "POINT")
+    lamp.energy, lamp.shadow_soft_size = 2000, 0.05
+    holder = bpy.data.objects.new("Lamp", lamp)
+    holder.location = room_wormhole.GARDEN + np.array((1.2, -1.4, 3.4))
+    scene.collection.objects.link(holder)
+    return scene
+
+
 def flat(build: Callable[[], bpy.types.Scene]) -> bpy.types.Scene:
     """The same without its hole."""
     scene = build()
@@ -99,6 +113,7 @@ def measure_all() -> list[Efficiency]:
         ("room_schwarzschild, lamp of 10 cm", small_lamp, ("SCATTERING", "BOTH")),
         ("room_kerr", room_kerr.build, ("SCATTERING", "BOTH")),
         ("room_wormhole", room_wormhole.build, ("SCATTERING", "BOTH")),
+        ("room_wormhole, lit from the other side", other_side, ("SCATTERING", "BOTH")),
         ("flat room", lambda: flat(room_schwarzschild.build), ("CYCLES", "BOTH")),
         ("flat room, lamp of 10 cm", lambda: flat(small_lamp), ("CYCLES", "BOTH")),
     ]
