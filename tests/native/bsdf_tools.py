@@ -36,13 +36,18 @@ PRINCIPLED = {
 
 
 def material(*closures, scene=SCENE):
-    """Adds a material: closures are (operation, operands after the weight, distribution or None, weight)."""
+    """Adds a material: closures are (operation, operands after the weight, immediates, weight). Immediates are a tuple,
+    the only one, or None."""
     builder = ProgramBuilder()
     normal = builder.emit("coordinate", immediates=("SHADING_NORMAL",))[0]
     for operation, operands, distribution, weight in closures:
         numbers = [normal if value is NORMAL else builder.constant(value) for value in (weight, *operands)]
-        builder.emit(operation, *numbers, immediates=(distribution,) if distribution else ())
+        builder.emit(operation, *numbers, immediates=immediates_of(distribution))
     return scene.add_material(builder.build())
+
+
+def immediates_of(value):
+    return value if isinstance(value, tuple) else () if value is None else (value,)
 
 
 def diffuse(color=1.0, roughness=0.0, normal=NORMAL, weight=1.0):
@@ -63,6 +68,13 @@ def refraction(color=1.0, roughness=0.0, ior=1.5, normal=NORMAL, weight=1.0):
 
 def translucent(color=1.0, normal=NORMAL, weight=1.0):
     return ("translucent", (color, normal), None, weight)
+
+
+def metallic(
+    color=1.0, edge=1.0, roughness=0.5, normal=NORMAL, anisotropy=0.0, rotation=0.0, physical=False, weight=1.0
+):
+    operands = (color, edge, roughness, normal, anisotropy, rotation, (1.0, 0.0, 0.0))
+    return ("metallic", operands, ("MULTI_GGX", "PHYSICAL_CONDUCTOR" if physical else "F82"), weight)
 
 
 def sheen(color=1.0, roughness=0.5, normal=NORMAL, distribution="MICROFIBER", weight=1.0):

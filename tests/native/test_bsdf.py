@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from bentlight_native import ProgramBuilder
 from bsdf_tools import (
+    NORMAL,
     SCENE,
     Grid,
     chi_square_z,
@@ -10,7 +12,9 @@ from bsdf_tools import (
     direction,
     glass,
     glossy,
+    immediates_of,
     material,
+    metallic,
     principled,
     refraction,
     sheen,
@@ -36,6 +40,8 @@ ROUGH = {
     "translucent": (translucent((0.9, 0.5, 0.1)),),
     "plastic": (principled(roughness=0.5, base_color=(0.8, 0.3, 0.1)),),
     "metal": (principled(metallic=1.0, roughness=0.6, base_color=(1.0, 0.7, 0.3), specular_tint=(0.5, 0.8, 1.0)),),
+    "metallic": (metallic((0.9, 0.6, 0.3), (0.5, 0.8, 1.0), 0.6, anisotropy=0.7, rotation=0.2),),
+    "conductor": (metallic((0.2, 1.1, 3.0), (3.9, 2.4, 0.5), 0.5, physical=True),),
     "stretched": (glossy((0.9, 0.6, 0.3), 0.6, anisotropy=0.7, rotation=0.1),),
     "stretched_across": (glossy(0.8, 0.5, anisotropy=-0.6, distribution="GGX"),),
     "stretched_plastic": (principled(roughness=0.6, base_color=(0.8, 0.3, 0.1), anisotropy=0.9, rotation=0.3),),
@@ -335,6 +341,44 @@ def test_colors_out_of_range_stay_harmless(bad):
     index = material(diffuse((min(bad, 1e300), 0.5, 0.5) if bad == bad else 0.5), glossy(0.5))
     drawn = SCENE.draw_bsdf(index, uniform(1000))
     assert np.isfinite(drawn.weight).all() and (drawn.weight >= 0).all()
+
+
+@pytest.mark.parametrize("bad", ["infinite", "undefined", "negative", "huge"])
+@pytest.mark.parametrize(
+    "closure",
+    [
+        glossy(anisotropy=0.5),
+        metallic(anisotropy=0.5),
+        metallic(physical=True),
+        sheen(),
+        sheen(distribution="ASHIKHMIN"),
+        principled(anisotropy=0.5, coat_weight=0.5, sheen_weight=0.5, emission_strength=1.0),
+    ],
+    ids=lambda closure: closure[0],
+)
+def test_any_operand_out_of_range_is_harmless(closure, bad):
+    """What arithmetic in a program may give for one operand after the other: finite light, nothing below zero."""
+    operation, operands, immediates, _ = closure
+    rng = np.random.default_rng(14)
+    for k in range(len(operands)):
+        builder = ProgramBuilder()
+        huge = builder.constant(1e300)
+        (infinite,) = builder.emit("multiply", huge, huge)
+        (undefined,) = builder.emit("multiply", infinite, builder.constant(0.0))
+        wrong = {"infinite": infinite, "undefined": undefined, "negative": builder.constant(-2.0), "huge": huge}[bad]
+        (normal,) = builder.emit("coordinate", immediates=("SHADING_NORMAL",))
+        numbers = [normal if value is NORMAL else builder.constant(value) for value in (1.0, *operands)]
+        numbers[k + 1] = wrong
+        builder.emit(operation, *numbers, immediates=immediates_of(immediates))
+        index = SCENE.add_material(builder.build())
+        for wo in (direction(0.5), direction(1e-6), (0, 0, 1)):
+            drawn = SCENE.draw_bsdf(index, rng.random((200, 3)), wo=wo)
+            value, pdf = SCENE.evaluate_bsdf(index, direction(rng.random(50), 1.0), wo=wo)
+            shaded = SCENE.shade(index, wo=wo)
+            for found in (drawn.weight, drawn.wi, drawn.pdf, value, pdf, shaded["albedo"]):
+                assert np.isfinite(found).all(), k
+            assert (drawn.weight >= 0).all() and (value >= 0).all() and (pdf >= 0).all(), k
+            assert (shaded["emission"] >= 0).all(), k
 
 
 @pytest.mark.parametrize("name", ROUGH)

@@ -109,6 +109,14 @@ static lobe_value evaluate_microfacet(const closure *c, vec3 wo, vec3 wi)
 /* Of the lobes that reflect. */
 static int is_diffuse(const closure *c) { return c->kind == CLOSURE_DIFFUSE || c->kind == CLOSURE_SHEEN; }
 
+/* The rarer lobes, out of the way of the others. */
+static __attribute__((noinline)) lobe_value evaluate_rare(const closure *c, vec3 wo, vec3 wi)
+{
+  if (c->kind == CLOSURE_SHEEN) return evaluate_sheen(c, wi);
+  if (c->kind == CLOSURE_VELVET) return evaluate_velvet(c, wo, wi);
+  return evaluate_translucent(c, wi);
+}
+
 static lobe_value evaluate_lobe(const closure *c, const shade_point *point, vec3 wi)
 {
   const int through = v3_dot(point->geometric_normal, wi) < 0;
@@ -116,15 +124,11 @@ static lobe_value evaluate_lobe(const closure *c, const shade_point *point, vec3
   lobe_value out;
   if (c->kind == CLOSURE_DIFFUSE) {
     out = evaluate_diffuse(c, point->wo, wi);
-  } else if (c->kind == CLOSURE_SHEEN) {
-    out = evaluate_sheen(c, wi);
-  } else if (c->kind == CLOSURE_VELVET) {
-    out = evaluate_velvet(c, point->wo, wi);
-  } else if (c->kind == CLOSURE_TRANSLUCENT) {
-    out = evaluate_translucent(c, wi);
-  } else {
+  } else if (closure_is_microfacet(c)) {
     const frame f = frame_of(c);
     out = evaluate_microfacet(c, into_frame(&f, point->wo), into_frame(&f, wi));
+  } else {
+    out = evaluate_rare(c, point->wo, wi);
   }
   if (!through && is_diffuse(c) && v3_dot(c->normal, point->normal) < 1 - 1e-9)
     out.value = v3_scale(out.value, bump_shadow(point->normal, c->normal, wi));

@@ -111,7 +111,10 @@ static void compensate_energy(closure *c, double single, double average, vec3 fs
   c->weight = v3_mul(c->weight, v3_scale(v3_add(v3_splat(1), v3_scale(fms, missing)), 1 / c->energy_scale));
 }
 
-double closure_roughness(const closure *c) { return sqrt(sqrt(c->alpha * c->alpha_y)); }
+double closure_roughness(const closure *c)
+{
+  return sqrt(c->alpha == c->alpha_y ? c->alpha : sqrt(c->alpha * c->alpha_y));
+}
 
 vec3 closure_finish_reflection(closure_set *set, closure *c, const shade_point *point, vec3 colors, vec3 fss,
                                int multiscatter)

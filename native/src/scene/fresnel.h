@@ -80,17 +80,17 @@ static inline void fresnel_colors(const closure *c, double cos_i, vec3 *reflecte
   if (c->kind == CLOSURE_REFRACTION) {
     *reflected = v3(0, 0, 0);
     *transmitted = v3_splat(fresnel_dielectric(cos_i, c->ior, cos_t) < 1);
-  } else if (c->fresnel == FRESNEL_NONE) {
-    *reflected = v3_splat(1);
-  } else if (c->fresnel == FRESNEL_CONDUCTOR) {
-    *reflected = fresnel_conductor(cos_i, c->f0, c->edge);
-  } else if (c->fresnel == FRESNEL_COMPLEX) {
-    *reflected = fresnel_complex_colors(cos_i, c->f0, c->edge);
-  } else {
+  } else if (c->fresnel == FRESNEL_DIELECTRIC || c->fresnel == FRESNEL_TINTED) {
     const double f = fresnel_dielectric(cos_i, c->ior, cos_t);
     *reflected = c->fresnel == FRESNEL_DIELECTRIC ? v3_splat(f)
                                                   : v3_mix(c->f0, v3_splat(1), fresnel_rise(f, c->ior));
     if (c->kind == CLOSURE_GLASS) *transmitted = v3_mul(v3_sub(v3_splat(1), *reflected), c->transmission_color);
+  } else if (c->fresnel == FRESNEL_NONE) {
+    *reflected = v3_splat(1);
+  } else if (c->fresnel == FRESNEL_CONDUCTOR) {
+    *reflected = fresnel_conductor(cos_i, c->f0, c->edge);
+  } else {
+    *reflected = fresnel_complex_colors(cos_i, c->f0, c->edge);
   }
 }
 #endif

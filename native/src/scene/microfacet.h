@@ -13,8 +13,8 @@
 /* Density of normals. */
 static inline double ggx_density(vec3 h, double alpha_x, double alpha_y)
 {
-  const double x = h.x / alpha_x, y = h.y / alpha_y, t = x * x + y * y + h.z * h.z;
-  return 1 / (MICROFACET_PI * alpha_x * alpha_y * t * t);
+  const double a = alpha_x * alpha_y, x = h.x * alpha_y, y = h.y * alpha_x, z = h.z * a, t = x * x + y * y + z * z;
+  return a * a * a / (MICROFACET_PI * t * t);
 }
 /* Lambda for a slope of the surface's horizon: squared tangent to the normal, times the roughness squared. */
 static inline double ggx_lambda_of_slope(double slope2) { return (sqrt(1 + slope2) - 1) / 2; }
