@@ -247,9 +247,7 @@ class RenderMethods:
         self._draw_lights(points, normals, u, which, target, probability)
         return which, target, probability
 
-    def join(
-        self, points: ArrayLike, ends: ArrayLike, *, sky: bool = False, far: bool = False
-    ) -> dict[str, NDArray]:
+    def join(self, points: ArrayLike, ends: ArrayLike, *, sky: bool = False, far: bool = False) -> dict[str, NDArray]:
         """The rays that the renderer knows to join places, for tests and diagnosis. The scene must be committed.
 
         points, ends: (n, 3) world positions; with sky, ends are unit asymptotic directions, of the skies beyond
