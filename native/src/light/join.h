@@ -1,6 +1,7 @@
 /* All rays that join two places of a scene, or a place and a direction of the sky, as far as they are known in closed
- * form: the straight one where it meets no sphere, the images of a lone hole or wormhole (bentlight/connect.h), and those by way of one of several holes or through one wormhole (join_lens.h). Rays that are
- * not listed are found by scattering alone. Lengths in world units, directions local in world axes. */
+ * form: the straight one where it meets no sphere, the images of a lone hole or wormhole (bentlight/connect.h), and those
+ * by way of one of several holes or through one wormhole (join_lens.h). Rays that are not listed are found by scattering
+ * alone. Lengths in world units, directions local in world axes. */
 #ifndef BENT_LIGHT_JOIN_H
 #define BENT_LIGHT_JOIN_H
 #include "geometry/geometry.h"
