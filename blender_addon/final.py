@@ -100,6 +100,7 @@ def render_settings(
         clamp_direct=user.clamp_direct,
         clamp_indirect=user.clamp_indirect,
         light_sampling=user.light_sampling,
+        portal_sampling=user.portal_sampling,
         light_threshold=user.light_threshold,
     )
 

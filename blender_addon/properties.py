@@ -106,6 +106,14 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
         ],
         default="BOTH",
     )
+    portal_sampling: BoolProperty(
+        name="Portal Sampling",
+        description=(
+            "Surfaces send more of their rays through the mouths of wormholes: less noise where the light on the other "
+            "side is brighter. The mean of the picture is the same"
+        ),
+        default=True,
+    )
     max_bounces: IntProperty(
         name="Max Bounces",
         description="How often light may be scattered on its way to the camera; 0 shows only what shines by itself",

@@ -46,6 +46,7 @@ class BENTLIGHT_PT_sampling(_Panel, bpy.types.Panel):
         column.prop(settings, "time_limit")
         column.prop(settings, "tolerance")
         column.prop(settings, "light_sampling")
+        column.prop(settings, "portal_sampling")
         column.prop(settings, "light_threshold")
         self.layout.prop(settings, "seed")
 

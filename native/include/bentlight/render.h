@@ -91,6 +91,7 @@ typedef struct bent_render_settings {
   double clamp_direct;       /* largest contribution (mean of RGB) of light scattered once at most; 0: off */
   double clamp_indirect;     /* the same of light scattered more often */
   bent_light_sampling light_sampling;
+  int portal_sampling;       /* some scattered rays are aimed at wormholes' mouths; the mean is the same */
   double light_threshold;    /* connections that would bring a sample less than this are traced by chance only; 0: all */
   double alpha_threshold;    /* surfaces less opaque than this are not described by depth, position and normal */
 } bent_render_settings;

@@ -50,6 +50,7 @@ class RenderSettings:
     light_sampling: how lights are found. 'SCATTERING': by scattered rays that happen to meet them; 'CONNECTIONS': by
         rays that join a point on a light with the surface, where they are known; 'BOTH': each where it is better. The
         mean of a picture is the same, except that lamps and suns without size need connections.
+    portal_sampling: aims some scattered rays at the mouths of wormholes; the mean is the same.
     light_threshold: connections that would bring a sample less light than this are traced by chance only, in
         proportion, which costs some noise and no bias; 0 traces all.
     alpha_threshold: surfaces less opaque than this are passed over by depth, position and normal.
@@ -75,6 +76,7 @@ class RenderSettings:
     clamp_direct: float = 0.0
     clamp_indirect: float = 0.0
     light_sampling: str = "BOTH"
+    portal_sampling: bool = True
     light_threshold: float = 0.01
     alpha_threshold: float = 0.5
 

@@ -277,7 +277,7 @@ static void draw_sun(const lights *l, const bent_scene *scene, double pick, doub
   size_t i = 0;
   double rest = pick * l->suns_weight;
   while (i + 1 < scene->suns->count && rest >= l->sun_weight[i]) rest -= l->sun_weight[i++];
-  *out = (light_sample){.kind = LIGHT_SUN, .index = (int)i, .target = sun_draw(&scene->suns->list[i], u, v),
+  *out = (light_sample){.kind = LIGHT_SUN, .index = (int)i, .target = cap_draw(&scene->suns->list[i].disk, u, v),
                         .probability = l->sun_weight[i] / l->suns_weight};
 }
 

@@ -5,21 +5,7 @@
 
 #include "scene/scene.h"
 
-int sun_covers(const sun *sun, vec3 direction)
-{
-  const vec3 chord = v3_sub(direction, sun->direction);
-  return sun->solid_angle > 0 && v3_dot(chord, chord) <= sun->chord2;
-}
-
-/* The chord's square is even over a disk's solid angle (Archimedes). */
-vec3 sun_draw(const sun *sun, double u, double v)
-{
-  const double chord2 = sun->chord2 * u, down = chord2 / 2, across = sqrt(max2(chord2 - down * down, 0));
-  const double turn = 2 * M_PI * v;
-  vec3 x, y;
-  v3_basis(sun->direction, &x, &y);
-  return v3_normalize(v3_mad(x, across * cos(turn), v3_mad(y, across * sin(turn), v3_scale(sun->direction, 1 - down))));
-}
+int sun_covers(const sun *sun, vec3 direction) { return sun->solid_angle > 0 && cap_covers(&sun->disk, direction); }
 
 void suns_free(suns *suns) { free(suns); }
 
@@ -33,8 +19,8 @@ static bent_status make_sun(const bent_sun *given, sun *out, bent_error *error)
   if (!(given->angle >= 0 && given->angle <= M_PI))
     return bent_fail(error, BENT_ERROR_ARGUMENT, "sun: the angle must lie in [0, pi], got %g", given->angle);
   const double chord = 2 * sin(given->angle / 4);
-  *out = (sun){v3_normalize(direction), radiance, chord * chord, M_PI * chord * chord, given->visibility,
-                given->influence};
+  const cap disk = {v3_normalize(direction), chord * chord};
+  *out = (sun){disk, radiance, cap_solid_angle(&disk), given->visibility, given->influence};
   return BENT_OK;
 }
 

@@ -246,6 +246,27 @@ int bsdf_draw(const closure_set *set, const shade_point *point, const double u[3
   return v3_max(out->weight) > 0;
 }
 
+int bsdf_drawn(const closure_set *set, const shade_point *point, vec3 wi, double u, bsdf_sample *out)
+{
+  vec3 value = v3(0, 0, 0);
+  *out = (bsdf_sample){.wi = wi};
+  double chance[LOBE_TRANSMISSION + 1] = {0}; /* by kind */
+  for (int i = 0; i < set->count; i++) {
+    const closure *c = &set->closures[i];
+    if (closure_is_delta(c)) continue;
+    const lobe_value lobe = evaluate_lobe(c, point, wi);
+    value = v3_add(value, lobe.value);
+    out->pdf += lobe.pdf * c->share;
+    chance[kind_of(c, point, wi)] += lobe.pdf * c->share;
+  }
+  if (!(out->pdf > 0) || !isfinite(out->pdf)) return 0;
+  double rest = u * out->pdf;
+  for (int kind = LOBE_DIFFUSE; kind <= LOBE_TRANSMISSION; rest -= chance[kind], kind *= 2)
+    if (chance[kind] > 0 && (out->lobe == 0 || rest >= 0)) out->lobe = (bsdf_lobe)kind;
+  out->weight = v3_scale(value, 1 / out->pdf);
+  return v3_max(out->weight) > 0;
+}
+
 vec3 bsdf_kind_weight(const closure_set *set, const shade_point *point, const bsdf_sample *drawn)
 {
   vec3 all = v3(0, 0, 0), own = all;

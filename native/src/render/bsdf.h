@@ -18,6 +18,8 @@ typedef struct bsdf_sample {
 
 /* Draws a direction with u in [0,1)^3 (u[2] picks the lobe). Returns 0 when the light is absorbed. */
 int bsdf_draw(const closure_set *set, const shade_point *point, const double u[3], bsdf_sample *out);
+/* What bsdf_draw would have returned had it drawn wi; u in [0, 1) picks the kind of lobe. 0 if it never draws wi. */
+int bsdf_drawn(const closure_set *set, const shade_point *point, vec3 wi, double u, bsdf_sample *out);
 /* f(wo, wi) |cos| over the non-delta lobes of the wanted kinds (bits of bsdf_lobe), and the pdf that bsdf_draw has there. */
 vec3 bsdf_evaluate(const closure_set *set, const shade_point *point, vec3 wi, uint32_t kinds, double *pdf);
 /* What to multiply a drawn sample's weight by where its kind of lobe matters to what the ray meets: that kind's part of the

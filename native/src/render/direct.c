@@ -182,6 +182,7 @@ static vec3 scattered_light(const tracer *t, const lit_vertex *v, const light_sa
     const ray_history ray = path_scattered(v->point.ray, &v->set, KINDS[k], 0);
     sum = v3_add(sum, v3_mul(value, light_along(t->scene, s, j, v->point.position, &ray)));
   }
+  *pdf = portal_pdf(&v->mix, j->launch, *pdf);
   return sum;
 }
 

@@ -7,6 +7,7 @@
 #include "light/lights.h"
 #include "light/surface.h"
 #include "render/path.h"
+#include "render/portal.h"
 
 /* Paths that are shaded side by side; and the most shadows that one vertex asks for: this and the far side's sky. */
 enum { DIRECT_BATCH = 64, DIRECT_SHADOWS_MAX = 2 * JOINTS_MAX };
@@ -34,6 +35,7 @@ typedef struct lit_vertex {
   double u[4];
   shade_point point; /* its ray: the one before scattering */
   closure_set set;
+  portal_mix mix; /* how it draws directions */
 } lit_vertex;
 
 /* Draws a light for each of `count` <= DIRECT_BATCH vertices and adds the rays towards it to the block's shadows. */

@@ -8,6 +8,7 @@
 #include "render/bsdf.h"
 #include "render/describe.h"
 #include "render/direct.h"
+#include "render/portal.h"
 #include "scene/scene.h"
 
 /* Random sets of a path: the camera's, then two a vertex, of which the second is for sampling lights. */
@@ -211,14 +212,21 @@ static int survives(const bent_render_settings *s, path *p, double u)
   return 1;
 }
 
+/* How a vertex draws its next direction. */
+static portal_mix mix_at(const tracer *t, const path *p, const shade_point *point, const closure_set *set)
+{
+  if (!t->settings->portal_sampling || p->last) return (portal_mix){.count = 0};
+  return portal_mix_at(t->scene, point->position, direct_normal(point, set), set);
+}
+
 /* Draws the next direction; returns 0 if the path ends here. */
 static int scatter(const tracer *t, path *p, bent_ray *ray, const bent_hit *hit, const shade_point *point,
-                   const closure_set *set)
+                   const closure_set *set, const portal_mix *mix)
 {
   double u[SAMPLER_DIMENSIONS];
   sampler_draw(&t->sampler, p->pixel_key, p->sample, SET_VERTEX + SETS_PER_VERTEX * p->vertex, u);
   bsdf_sample drawn;
-  if (!bsdf_draw(set, point, u, &drawn)) return 0;
+  if (!portal_draw(mix, set, point, u, &drawn)) return 0;
   p->beta = v3_mul(p->beta, drawn.weight);
   if (t->asks_scattering) p->beta = v3_mul(p->beta, bsdf_kind_weight(set, point, &drawn));
   if (!v3_is_finite(p->beta) || !(v3_max(p->beta) > 0)) return 0;
@@ -256,13 +264,13 @@ typedef struct batch {
 
 /* Puts a vertex on the list of those to be joined with a light, unless it could not scatter the light. */
 static void want_light(const tracer *t, batch *b, path *p, const bent_hit *hit, const shade_point *point,
-                       const closure_set *set)
+                       const closure_set *set, const portal_mix *mix)
 {
   if (p->last || set->count == set->delta_count || !lights_any(t->scene->lights) ||
       t->settings->light_sampling == BENT_LIGHTS_SCATTERING)
     return;
   lit_vertex *v = &b->vertices[b->vertex_count++];
-  *v = (lit_vertex){.path = p, .hit = hit, .beta = p->beta, .point = *point, .set = *set};
+  *v = (lit_vertex){.path = p, .hit = hit, .beta = p->beta, .point = *point, .set = *set, .mix = *mix};
   sampler_draw(&t->sampler, p->pixel_key, p->sample, SET_VERTEX + SETS_PER_VERTEX * p->vertex + 1, v->u);
 }
 
@@ -310,8 +318,9 @@ static int shade_surface(const tracer *t, batch *b, path *p, const reach *reach,
     if (p->ray.bounces == 0) p->alpha -= v3_average(v3_mul(p->beta, set.holdout));
     if (p->ray.bounces == 0) describe_surface(t, p, hit->length, record, &surface.point, &set);
     describe_features(t, p, record, &surface.point, &set);
-    want_light(t, b, p, hit, &surface.point, &set);
-    goes_on = scatter(t, p, ray, hit, &surface.point, &set);
+    const portal_mix mix = mix_at(t, p, &surface.point, &set);
+    want_light(t, b, p, hit, &surface.point, &set, &mix);
+    goes_on = scatter(t, p, ray, hit, &surface.point, &set, &mix);
   }
   p->vertex++;
   return goes_on;
