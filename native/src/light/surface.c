@@ -86,34 +86,34 @@ void surface_at(const bent_scene *scene, const bent_hit *hit, vec3 from, surface
   const vec3 position = v3_from(hit->position);
   const local_frame frame = frame_at(g, position);
 
-  shade_point p = {.position = position, .wo = v3_scale(v3_from(hit->direction), -1),
-                   .object_index = inst->object_index, .object_random = inst->random, .tangent_sign = 1,
-                   .ray_length = v3_length(v3_sub(from, position)),
-                   .object_color = {inst->color[0], inst->color[1], inst->color[2], inst->color[3]},
-                   .barycentric = {hit->barycentric[0], hit->barycentric[1]},
-                   .world_from_object = &inst->world_from_mesh, .object_from_world = &inst->mesh_from_world,
-                   .mesh_attributes = &m->attributes, .instance_attributes = &inst->attributes,
-                   .triangle = hit->triangle, .edges = {edge1, edge2}};
+  shade_point *const p = &out->point;
+  *p = (shade_point){.position = position, .wo = v3_scale(v3_from(hit->direction), -1),
+                     .object_index = inst->object_index, .object_random = inst->random, .tangent_sign = 1,
+                     .ray_length = v3_length(v3_sub(from, position)),
+                     .object_color = {inst->color[0], inst->color[1], inst->color[2], inst->color[3]},
+                     .barycentric = {hit->barycentric[0], hit->barycentric[1]},
+                     .world_from_object = &inst->world_from_mesh, .object_from_world = &inst->mesh_from_world,
+                     .mesh_attributes = &m->attributes, .instance_attributes = &inst->attributes,
+                     .triangle = hit->triangle, .edges = {edge1, edge2}};
   vec3 own = local_covector(&frame, mat4_transposed_vector(&inst->mesh_from_world, v3_cross(edge1, edge2)));
-  if (!(v3_dot(own, own) > 0.5)) own = p.wo; /* a triangle without area is seen face on */
+  if (!(v3_dot(own, own) > 0.5)) own = p->wo; /* a triangle without area is seen face on */
   vec3 smooth = own;
   if (m->corner_normals) {
     const float(*n)[3] = m->corner_normals[hit->triangle];
     const vec3 blended = blend(w, n[0], n[1], n[2]);
-    p.normal_length = v3_length(blended);
+    p->normal_length = v3_length(blended);
     smooth = local_covector(&frame, mat4_transposed_vector(&inst->mesh_from_world, blended));
     if (!(v3_dot(smooth, own) > 0)) smooth = own; /* garbage, or so coarse that it points inside */
   }
-  if (m->corner_uvs) p.corner_uvs = m->corner_uvs[hit->triangle];
-  if (m->corner_uvs) set_uv(&p, m->corner_uvs[hit->triangle], w, edge1, edge2, inst, &frame, smooth);
-  for (int i = 0; m->generated && i < 3; i++) p.corner_generated[i] = m->generated[corner[i]];
+  if (m->corner_uvs) p->corner_uvs = m->corner_uvs[hit->triangle];
+  if (m->corner_uvs) set_uv(p, m->corner_uvs[hit->triangle], w, edge1, edge2, inst, &frame, smooth);
+  for (int i = 0; m->generated && i < 3; i++) p->corner_generated[i] = m->generated[corner[i]];
   if (m->generated)
-    p.generated = blend(w, m->generated[corner[0]], m->generated[corner[1]], m->generated[corner[2]]);
-  p.backfacing = v3_dot(own, p.wo) < 0;
-  p.geometric_normal = p.backfacing ? v3_scale(own, -1) : own;
-  p.normal = p.backfacing ? v3_scale(smooth, -1) : smooth;
+    p->generated = blend(w, m->generated[corner[0]], m->generated[corner[1]], m->generated[corner[2]]);
+  p->backfacing = v3_dot(own, p->wo) < 0;
+  p->geometric_normal = p->backfacing ? v3_scale(own, -1) : own;
+  p->normal = p->backfacing ? v3_scale(smooth, -1) : smooth;
 
   out->material = geometry_material(g, inst, hit->triangle);
-  out->see_through = inst->one_sided && p.backfacing;
-  out->point = p;
+  out->see_through = inst->one_sided && p->backfacing;
 }
