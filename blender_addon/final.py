@@ -86,6 +86,7 @@ def render_settings(
         seed=user.seed,
         noise_threshold=user.adaptive_threshold if user.use_adaptive_sampling else 0.0,
         min_samples=user.adaptive_min_samples or _min_samples(user.adaptive_threshold),
+        photon_ring_samples=user.photon_ring_samples,
         max_bounces=bounces,
         diffuse_bounces=bounces,
         glossy_bounces=bounces,

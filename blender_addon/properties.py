@@ -46,11 +46,22 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
         max=4096,
         default=0,
     )
+    photon_ring_samples: IntProperty(
+        name="Photon Ring Samples",
+        description=(
+            "Most samples that a pixel takes where others take one. Near the edge of a black hole's shadow, and in a "
+            "wormhole's mouth, a pixel sees much of the scene at once: it takes the more samples the farther its rays "
+            "are spread. 1: all pixels take as many"
+        ),
+        min=1,
+        max=64,
+        default=8,
+    )
     time_limit: FloatProperty(
         name="Time Limit",
         description=(
-            "Stop taking samples after this time. The picture is whole, with about as many samples everywhere: the "
-            "noise threshold is not looked at. 0: no limit"
+            "Stop taking samples after this time. The picture is whole, with as many samples everywhere but where the "
+            "noise threshold needs fewer. 0: no limit"
         ),
         min=0.0,
         default=0.0,

@@ -5,13 +5,16 @@ from __future__ import annotations
 import queue
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections import deque
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import bentlight_native
 import numpy as np
 
 _ROUND_MAX = 16  # samples, of a round under a time limit
+# What the next round needs to know of a pixel's noise, besides the number of its samples.
+_RESUMED_CHANNELS = ("combined", "noise_partial", "noise_scatter")
 
 
 @dataclass(frozen=True)
@@ -25,15 +28,6 @@ class Tile:
 
 
 @dataclass(frozen=True)
-class Task:
-    """A range of a tile's samples."""
-
-    tile: Tile
-    first_sample: int
-    sample_count: int
-
-
-@dataclass(frozen=True)
 class FinishedTile:
     """A tile's pixels by channel, rows upwards, (height, width, components) float32.
 
@@ -42,21 +36,15 @@ class FinishedTile:
 
     tile: Tile
     channels: dict[str, np.ndarray]
-    first_sample: int = 0
 
-    def merged(self, later: FinishedTile) -> FinishedTile:
-        """This and a later range of the same pixels' samples as one, to the rounding of float32."""
-        a, b = self.channels, later.channels
-        before, more = a["sample_count"], b["sample_count"]
-        share = more / np.maximum(before + more, 1)
-        rules = {
-            "mean": lambda x, y: x + share * (y - x),
-            "max": np.maximum,
-            "first": lambda x, y: np.where(before > 0, x, y),
-            "count": np.add,
-        }
-        reduction = {name: rules[bentlight_native.CHANNELS[name].reduction] for name in a}
-        return FinishedTile(self.tile, {name: reduction[name](a[name], b[name]) for name in a}, self.first_sample)
+
+@dataclass
+class _Work:
+    """A tile with the samples that it has so far, and the rounds that it still is to take."""
+
+    tile: Tile
+    channels: dict[str, np.ndarray]
+    rounds: deque[tuple[int, int]]  # first sample, number of samples
 
 
 def sample_rounds(count: int) -> Iterator[tuple[int, int]]:
@@ -84,9 +72,9 @@ class Session:
 
     The native scene is committed and not edited any more. A failure in a worker is raised by `finished`.
 
-    With a time limit, in seconds, the whole picture is taken in rounds of ever more samples; when the time is over, no
-    range of samples is begun any more, except the first sample of each tile. All pixels then get about equally many
-    samples: the noise threshold is not looked at.
+    With a time limit, in seconds, the whole picture is taken in rounds of ever more samples, each of which goes on with
+    what the tile has: pixels that the noise threshold has ended stay as they are. When the time is over, no tile begins
+    another round, but for the first sample of each tile.
     """
 
     def __init__(
@@ -99,13 +87,15 @@ class Session:
         time_limit: float = 0.0,
     ) -> None:
         self._scene = scene
-        self._settings = replace(settings, noise_threshold=0.0) if time_limit else settings
-        self._channels = (*channels, "sample_count")
+        self._settings = settings
         self._time_limit = time_limit
-        self._merged: dict[Tile, FinishedTile] = {}
-        rounds = sample_rounds(settings.sample_count) if time_limit else [(0, settings.sample_count)]
-        self._tasks = (Task(tile, first, count) for first, count in rounds for tile in tiles)
-        self._lock = threading.Lock()  # of the generator above
+        rounds = list(sample_rounds(settings.sample_count)) if time_limit else [(0, settings.sample_count)]
+        resumed = _RESUMED_CHANNELS if time_limit and settings.noise_threshold else ()
+        names = dict.fromkeys((*channels, "sample_count", *resumed))
+        self._waiting = deque(_Work(tile, _empty_channels(tile, names), deque(rounds)) for tile in tiles)
+        self._busy = 0  # tiles that are being rendered
+        self._spared = 0  # pixel samples of rounds that were not needed
+        self._changed = threading.Condition()  # guards the three above
         self._results: queue.SimpleQueue[FinishedTile | BaseException | None] = queue.SimpleQueue()
         self._progress = bentlight_native.Progress()
         self._work = settings.sample_count * sum(tile.width * tile.height for tile in tiles)
@@ -121,7 +111,7 @@ class Session:
     @property
     def fraction(self) -> float:
         """How much of the work, or of the time for it, is done, 0 to 1."""
-        done = self._progress.done / self._work if self._work else 1.0
+        done = (self._progress.done + self._spared) / self._work if self._work else 1.0
         return min(1.0, max(done, self._elapsed / self._time_limit if self._time_limit else 0.0))
 
     @property
@@ -154,7 +144,7 @@ class Session:
                 if result is None:
                     self._running -= 1
                 else:
-                    yield self._merge(result)
+                    yield result
         finally:
             self.close()
 
@@ -164,49 +154,70 @@ class Session:
         for thread in self._threads:
             thread.join()
 
-    def _merge(self, new: FinishedTile) -> FinishedTile:
-        """The tile with what it had before. Rounds of a tile may end out of order: the result is the same to rounding,
-        but for channels that keep the first sample, which the first round has."""
-        old = self._merged.get(new.tile)
-        if old is not None and new.first_sample < old.first_sample:
-            old, new = new, old
-        merged = old.merged(new) if old is not None else new
-        if self._time_limit:
-            self._merged[new.tile] = merged
-        return merged
-
-    def _is_over(self, task: Task) -> bool:
-        """Whether there is no time for a task any more."""
-        return 0 < self._time_limit < self._elapsed and task.first_sample > 0
-
     def _run(self) -> None:
-        """A worker: task by task until there are none, the time is over, or someone cancels or fails."""
+        """A worker: round by round until there are none, the time is over, or someone cancels or fails."""
         try:
-            while not self._progress.cancelled:
-                with self._lock:
-                    task = next(self._tasks, None)
-                if task is None or self._is_over(task):
-                    break
-                finished = self._render(task)
-                if finished:
-                    self._results.put(finished)
+            while (work := self._take()) is not None:
+                wants_more = False
+                try:
+                    wants_more = self._render(work)
+                finally:
+                    self._put_back(work, wants_more)
         except BaseException as failure:
             self._progress.cancel()
             self._results.put(failure)
         finally:
             self._results.put(None)
 
-    def _render(self, task: Task) -> FinishedTile | None:
-        """A task's tile, or what a cancel left of it; None if that is nothing."""
-        tile = task.tile
-        settings = replace(self._settings, first_sample=task.first_sample, sample_count=task.sample_count)
-        channels = {
-            name: np.zeros((tile.height, tile.width, bentlight_native.CHANNELS[name].components), np.float32)
-            for name in self._channels
-        }
+    def _take(self) -> _Work | None:
+        """The tile that has waited longest; None when all are done. Waits while others render the last ones."""
+        with self._changed:
+            while not self._progress.cancelled:
+                if self._waiting:
+                    work = self._waiting.popleft()
+                    if self._is_over(work):
+                        continue
+                    self._busy += 1
+                    return work
+                if not self._busy:
+                    break
+                self._changed.wait()
+        return None
+
+    def _put_back(self, work: _Work, wants_more: bool) -> None:
+        """A tile's round has ended; if it wants no more, the samples of all its other rounds count as done."""
+        with self._changed:
+            self._busy -= 1
+            if wants_more:
+                self._waiting.append(work)
+            elif not self._progress.cancelled:
+                self._spared += work.tile.width * work.tile.height * sum(count for _, count in work.rounds)
+            self._changed.notify_all()
+
+    def _is_over(self, work: _Work) -> bool:
+        """Whether there is no time for a tile's next round any more."""
+        return 0 < self._time_limit < self._elapsed and work.rounds[0][0] > 0
+
+    def _render(self, work: _Work) -> bool:
+        """A tile's next round, or what a cancel lets it have; returns whether there is another."""
+        tile, (first, count) = work.tile, work.rounds.popleft()
+        settings = replace(self._settings, first_sample=first, sample_count=count, resume=first > 0)
         try:
-            self._scene.render_tile(tile.x, tile.y, tile.width, tile.height, settings, channels, self._progress)
+            done = self._scene.render_tile(
+                tile.x, tile.y, tile.width, tile.height, settings, work.channels, self._progress
+            )
+            more = bool(work.rounds) and done.samples > 0
         except bentlight_native.Cancelled:
-            if not channels["sample_count"].any():
-                return None
-        return FinishedTile(tile, channels, task.first_sample)
+            more = False
+            if not work.channels["sample_count"].any():
+                return False
+        copies = {name: values.copy() for name, values in work.channels.items()} if more else work.channels
+        self._results.put(FinishedTile(tile, copies))
+        return more
+
+
+def _empty_channels(tile: Tile, names: Iterable[str]) -> dict[str, np.ndarray]:
+    return {
+        name: np.zeros((tile.height, tile.width, bentlight_native.CHANNELS[name].components), np.float32)
+        for name in names
+    }

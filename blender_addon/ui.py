@@ -43,6 +43,7 @@ class BENTLIGHT_PT_sampling(_Panel, bpy.types.Panel):
         least = column.row()
         least.active = settings.use_adaptive_sampling
         least.prop(settings, "adaptive_min_samples")
+        column.prop(settings, "photon_ring_samples")
         column.prop(settings, "time_limit")
         column.prop(settings, "tolerance")
         column.prop(settings, "light_sampling")

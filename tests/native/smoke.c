@@ -226,7 +226,7 @@ static void test_render(void)
 
   bent_render_settings settings = {.width = WIDTH, .height = HEIGHT, .sample_count = 4, .max_bounces = 4,
                                    .diffuse_bounces = 4, .noise_threshold = 0.01, .min_samples = 2,
-                                   .roulette_start = 3, .tolerance = 1e-4, .filter_width = 3};
+                                   .photon_ring_samples = 4, .roulette_start = 3, .tolerance = 1e-4, .filter_width = 3};
   half_render halves[2] = {{.scene = scene, .settings = &settings}, {.scene = scene, .settings = &settings, .right = 1}};
   pthread_t threads[2];
   for (int i = 0; i < 2; i++) CHECK(!pthread_create(&threads[i], NULL, render_half, &halves[i]));

@@ -3,6 +3,7 @@
 import meshes
 import numpy as np
 import pytest
+from bentlight_native import CHANNELS, RenderSettings
 from scenes import add, diffuse, emission, look_at, new_scene, perspective, quad, render
 from test_direct_light import placed
 
@@ -76,6 +77,44 @@ def test_noise_is_as_wanted():
     stopped = np.mean(measures, axis=0)[np.mean(measures, axis=0) > 0]
     assert 0.1 * threshold < np.median(stopped) < threshold  # low-discrepancy samples do better than random ones
     assert np.mean(measures) < threshold
+
+
+@pytest.mark.parametrize("rounds", [(1, 1, 2, 4, 8, 16, 16, 16, 16, 20), (39, 61), (7, 93)])
+@pytest.mark.parametrize("threshold", [0.0, 0.01])
+def test_resumed_rounds_are_as_one_call(rounds, threshold):
+    """The same pixels stop at the same samples, wherever the rounds begin; values to float32 rounding a round."""
+    scene = scene_with_noise()
+    whole, _ = render(scene, SIZE, SIZE, 100, noise_threshold=threshold, min_samples=20)
+    channels, first = {name: np.zeros_like(values) for name, values in whole.items()}, 0
+    for count in rounds:
+        settings = {"noise_threshold": threshold, "min_samples": 20, "first_sample": first, "resume": first > 0}
+        scene.render_tile(0, 0, SIZE, SIZE, RenderSettings(SIZE, SIZE, sample_count=count, **settings), channels)
+        first += count
+    for name, values in whole.items():
+        rounding = 1e-4 if name == "noise_scatter" else 1e-6
+        np.testing.assert_allclose(channels[name], values, rtol=rounding, atol=rounding, err_msg=name)
+    assert not threshold or len(np.unique(whole["sample_count"])) > 2
+    settings = {"noise_threshold": 100.0, "min_samples": 20, "first_sample": 100, "resume": True}
+    assert (
+        scene.render_tile(0, 0, SIZE, SIZE, RenderSettings(SIZE, SIZE, sample_count=16, **settings), channels).samples
+        == 0
+    )  # every pixel is below that
+
+
+def test_what_a_resumed_call_needs_is_named():
+    scene = scene_with_noise()
+    arrays = {name: np.zeros((1, 1, CHANNELS[name].components), np.float32) for name in CHANNELS}
+    for threshold, missing in [(0.0, "sample_count"), (0.01, "combined"), (0.01, "noise_scatter")]:
+        some = {name: values for name, values in arrays.items() if name != missing}
+        settings = RenderSettings(SIZE, SIZE, first_sample=1, noise_threshold=threshold, resume=True)
+        with pytest.raises(ValueError, match="to resume takes the channel sample_count"):
+            scene.render_tile(0, 0, 1, 1, settings, some)
+    with pytest.raises(ValueError, match="first_sample must be at most 2"):
+        scene.render_tile(0, 0, 1, 1, RenderSettings(SIZE, SIZE, first_sample=(1 << 24) + 1, resume=True), arrays)
+    for count in (np.nan, -3.0, 1e30):
+        arrays["sample_count"][:] = count
+        scene.render_tile(0, 0, 1, 1, RenderSettings(SIZE, SIZE, first_sample=4, resume=True), arrays)
+        assert arrays["sample_count"] == 0  # no pixel that has 4 samples
 
 
 def test_bad_settings_are_named():

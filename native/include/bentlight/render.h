@@ -80,6 +80,15 @@ typedef struct bent_render_settings {
    * threshold. */
   double noise_threshold;
   uint32_t min_samples;
+  /* Near the image of a photon sphere the camera sees the whole scene many times over, pressed into fine rings. A pixel
+   * there takes m samples where another takes one, its own numbers m k .. m k + m - 1 for the other's number k: one
+   * more for every 0.1 radians by which bending spreads the camera rays through its corners, and at most
+   * photon_ring_samples, in [1, 64]. At 1 all pixels are alike. */
+  uint32_t photon_ring_samples;
+  /* The channels hold all samples before first_sample already, from calls that began with 0, and are gone on with: to float
+   * rounding as if one call had taken all, the noise threshold's decisions included. sample_count must be among them, and
+   * with a noise threshold combined, noise_partial and noise_scatter. */
+  int resume;
   /* Scattering events a path may have before its last one, which still gathers emission: as Cycles counts bounces.
    * The total, and by kind of lobe. Straight passes through transparent surfaces are counted apart. */
   uint32_t max_bounces, diffuse_bounces, glossy_bounces, transmission_bounces, transparent_bounces;
@@ -101,7 +110,8 @@ typedef enum bent_reduction {
   BENT_MEAN,  /* mean over the samples taken */
   BENT_MAX,   /* largest over the samples taken */
   BENT_FIRST, /* the value of the first sample of the range, as Cycles does for depth and position */
-  BENT_COUNT  /* the number of samples taken */
+  BENT_COUNT, /* the number of samples taken */
+  BENT_STATE  /* what a call that resumes goes on with; of no use otherwise */
 } bent_reduction;
 
 typedef struct bent_channel {
@@ -117,7 +127,7 @@ enum { BENT_CHANNELS_MAX = 16 };
 
 /* What happened in a call; for reports. */
 typedef struct bent_render_statistics {
-  uint64_t samples;    /* pixel samples finished */
+  uint64_t samples;    /* pixel samples finished; 0 when a resumed call found no pixel that wants more */
   uint64_t rays;       /* rays traced, all bounces */
   uint64_t unresolved; /* rays whose tolerance could not be met: black, and pi in the channel `error` */
   uint64_t invalid;    /* samples that came out NaN or infinite (broken input): counted black */
@@ -136,7 +146,7 @@ typedef struct bent_render_statistics {
  *
  * Radiance is carried along rays as it is: no shift of frequency, and so no g^3, between emitter and camera.
  *
- * progress counts pixel samples. On BENT_CANCELLED the channels hold what was finished: the channel sample_count says
+ * progress counts pixel samples, those of photon rings as one where another pixel takes one. On BENT_CANCELLED the channels hold what was finished: the channel sample_count says
  * how many samples each pixel has (0: all its channels are 0). */
 bent_status bent_scene_render_tile(const bent_scene *scene, uint32_t x, uint32_t y, uint32_t width, uint32_t height,
                                    const bent_render_settings *settings, float *const channels[BENT_CHANNELS_MAX],

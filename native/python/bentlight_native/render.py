@@ -17,8 +17,9 @@ from .influence import EVERYONE, Influence, influences
 
 class Channel(NamedTuple):
     """One thing a render can deliver. `reduction` says how a pixel's samples become its value: 'mean', 'max', 'first'
-    (the first sample of the range, as Cycles does for depth and position) or 'count'. To merge two sample ranges,
-    weight means by their counts, take the larger maximum, keep the earlier first, and add counts."""
+    (the first sample of the range, as Cycles does for depth and position), 'count', or 'state' (what a call that
+    resumes goes on with). To merge two sample ranges, weight means by their counts, take the larger maximum, keep the
+    earlier first, and add counts."""
 
     name: str
     components: int
@@ -38,6 +39,12 @@ class RenderSettings:
     noise_threshold: a pixel gets no more samples once its noise (the summed standard errors of its colors times
         sqrt(2/pi), over the square root of their sum, as in Cycles) is below; 0: all get all. min_samples: those that
         every pixel gets at least; 2 or more.
+    photon_ring_samples: near the image of a photon sphere, and in a wormhole's mouth, a pixel takes up to this many
+        samples where another takes one, 1 to 64: one more for every 0.1 radians by which bending spreads the camera
+        rays through its corners. 1: all pixels are alike.
+    resume: the channels hold all samples before first_sample, from calls that began with 0, and are gone on with, to
+        float32 rounding as if one call had taken all; pixels that the noise threshold has ended stay as they are.
+        Takes the channel 'sample_count', and with a noise threshold 'combined' and those of reduction 'state'.
     max_bounces: scatterings before the last one, in all and by kind of lobe, counted as Cycles does: at 0 a path
         scatters once and gathers emission only. transparent_bounces counts straight passes through surfaces.
     roulette_start: bounces before Russian roulette may end a path.
@@ -63,6 +70,7 @@ class RenderSettings:
     seed: int = 0
     noise_threshold: float = 0.0
     min_samples: int = 16
+    photon_ring_samples: int = 1
     max_bounces: int = 12
     diffuse_bounces: int = 4
     glossy_bounces: int = 4
@@ -79,12 +87,14 @@ class RenderSettings:
     portal_sampling: bool = True
     light_threshold: float = 0.01
     alpha_threshold: float = 0.5
+    resume: bool = False
 
 
 class RenderStatistics(NamedTuple):
     """What happened in a call of `render_tile`.
 
-    samples: pixel samples finished. rays: rays traced, all bounces.
+    samples: pixel samples finished; 0 when a resumed call found no pixel that wants more.
+    rays: rays traced, all bounces.
     unresolved: rays whose tolerance could not be met; they are black, and pi in the channel `error`.
     invalid: samples that came out NaN or infinite because of broken input; they count as black.
     """

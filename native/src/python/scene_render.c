@@ -28,7 +28,7 @@ static const char *const LIGHT_SAMPLINGS[BENT_LIGHT_SAMPLINGS] = {[BENT_LIGHTS_B
                                                                   [BENT_LIGHTS_SCATTERING] = "SCATTERING",
                                                                   [BENT_LIGHTS_CONNECTIONS] = "CONNECTIONS"};
 static const char *const REDUCTIONS[] = {
-    [BENT_MEAN] = "mean", [BENT_MAX] = "max", [BENT_FIRST] = "first", [BENT_COUNT] = "count"};
+    [BENT_MEAN] = "mean", [BENT_MAX] = "max", [BENT_FIRST] = "first", [BENT_COUNT] = "count", [BENT_STATE] = "state"};
 
 #define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
 
@@ -320,13 +320,14 @@ static int get_channels(PyObject *dict, Py_ssize_t height, Py_ssize_t width, buf
 }
 
 /* Whole-number fields of RenderSettings, in the order in which render_tile parses them. */
-enum { WHOLE_FIELDS = 12 };
+enum { WHOLE_FIELDS = 13 };
 
 static int set_whole_fields(bent_render_settings *s, const long long whole[WHOLE_FIELDS], char *const names[])
 {
   uint32_t *const fields[WHOLE_FIELDS] = {
       &s->width, &s->height, &s->first_sample, &s->sample_count, &s->seed, &s->min_samples, &s->max_bounces,
-      &s->diffuse_bounces, &s->glossy_bounces, &s->transmission_bounces, &s->transparent_bounces, &s->roulette_start};
+      &s->diffuse_bounces, &s->glossy_bounces, &s->transmission_bounces, &s->transparent_bounces, &s->roulette_start,
+      &s->photon_ring_samples};
   for (int i = 0; i < WHOLE_FIELDS; i++) {
     if (whole[i] < 0 || whole[i] > UINT32_MAX) {
       PyErr_Format(PyExc_ValueError, "%s: expected a number from 0 to 2^32 - 1, got %lld", names[i], whole[i]);
@@ -342,20 +343,19 @@ static PyObject *render_tile(PyObject *self, PyObject *args, PyObject *keywords)
   /* All names after the third are RenderSettings' fields, which render.py passes by name. */
   static char *names[] = {"tile", "channels", "progress", "width", "height", "first_sample", "sample_count", "seed",
                           "min_samples", "max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces",
-                          "transparent_bounces", "roulette_start", "tolerance", "filter", "filter_width",
-                          "film_transparent", "clamp_indirect", "light_sampling", "alpha_threshold",
-                          "noise_threshold", "light_threshold", "clamp_direct", "portal_sampling",
-                          NULL};
+                          "transparent_bounces", "roulette_start", "photon_ring_samples", "tolerance", "filter",
+                          "filter_width", "film_transparent", "clamp_indirect", "light_sampling", "alpha_threshold",
+                          "noise_threshold", "light_threshold", "clamp_direct", "portal_sampling", "resume", NULL};
   bent_render_settings s = {0};
   long long tile[4], whole[WHOLE_FIELDS];
   PyObject *channels, *progress_object;
   const char *filter, *light_sampling;
   if (!PyArg_ParseTupleAndKeywords(
-          args, keywords, "(LLLL)O!OLLLLLLLLLLLLdsdpdsddddp:render_tile", names, &tile[0], &tile[1], &tile[2], &tile[3],
-          &PyDict_Type, &channels, &progress_object, &whole[0], &whole[1], &whole[2], &whole[3], &whole[4], &whole[5],
-          &whole[6], &whole[7], &whole[8], &whole[9], &whole[10], &whole[11], &s.tolerance, &filter, &s.filter_width,
-          &s.film_transparent, &s.clamp_indirect, &light_sampling, &s.alpha_threshold, &s.noise_threshold,
-          &s.light_threshold, &s.clamp_direct, &s.portal_sampling))
+          args, keywords, "(LLLL)O!OLLLLLLLLLLLLLdsdpdsddddpp:render_tile", names, &tile[0], &tile[1], &tile[2],
+          &tile[3], &PyDict_Type, &channels, &progress_object, &whole[0], &whole[1], &whole[2], &whole[3], &whole[4],
+          &whole[5], &whole[6], &whole[7], &whole[8], &whole[9], &whole[10], &whole[11], &whole[12], &s.tolerance,
+          &filter, &s.filter_width, &s.film_transparent, &s.clamp_indirect, &light_sampling, &s.alpha_threshold,
+          &s.noise_threshold, &s.light_threshold, &s.clamp_direct, &s.portal_sampling, &s.resume))
     return NULL;
   int ok;
   bent_progress *progress = progress_value(progress_object, &ok);

@@ -20,6 +20,9 @@ static const bent_channel CHANNELS[CHANNEL_COUNT] = {
     [CHANNEL_WINDING] = {"winding", 1, BENT_MEAN, "half turns of the camera ray around spacetime objects: angle / pi"},
     [CHANNEL_FATE] = {"fate", 1, BENT_FIRST, "bent_fate of the camera ray's first segment"},
     [CHANNEL_SAMPLE_COUNT] = {"sample_count", 1, BENT_COUNT, "samples that went into the pixel"},
+    [CHANNEL_NOISE_PARTIAL] = {"noise_partial", 3, BENT_STATE, "sum of the colors since the last whole group of 8 samples"},
+    [CHANNEL_NOISE_SCATTER] = {"noise_scatter", 3, BENT_STATE,
+                               "sum of squared deviations of the groups' sums of colors from their mean"},
 };
 
 const bent_channel *bent_render_channels(size_t *count)

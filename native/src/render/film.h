@@ -11,8 +11,6 @@ enum { FILM_GROUP = 8 };
 typedef struct film {
   uint32_t taken[FILM_PIXELS];
   double sums[FILM_PIXELS][CHANNEL_COUNT][CHANNEL_COMPONENTS_MAX];
-  double group[FILM_PIXELS][3];   /* color of the samples since the last whole group */
-  double squares[FILM_PIXELS][3]; /* of whole groups' sums */
 } film;
 
 void film_clear(film *film);
@@ -21,6 +19,8 @@ void film_add(film *film, uint32_t pixel, const sample_record *record);
 /* The noise of a pixel's color, as Cycles measures it: standard errors over the square root of the color, so that dark
  * and bright parts look equally noisy. INFINITY before two groups of samples. */
 double film_noise(const film *film, uint32_t pixel);
+/* The opposite of film_write: takes up what earlier samples left in the arrays, where sample_count must be among them. */
+void film_read(film *film, float *const channels[CHANNEL_COUNT], size_t first, uint32_t pixels);
 /* Writes the first `pixels` pixels into the channels' arrays (NULL: not wanted), from their pixel number `first` on. */
 void film_write(const film *film, float *const channels[CHANNEL_COUNT], size_t first, uint32_t pixels);
 #endif

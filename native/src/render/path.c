@@ -96,8 +96,7 @@ void path_set_ray(const tracer *t, bent_ray *ray, vec3 origin, vec3 direction, c
   ray->source_triangle = surface ? surface->triangle : -1;
 }
 
-/* Whether light can leave from a place: not from inside a horizon, nor from where rounding sees one. */
-static int can_leave(const tracer *t, vec3 origin)
+int path_can_leave(const tracer *t, vec3 origin)
 {
   const lens *lens = geometry_lens_at(t->scene->geometry, origin);
   if (!lens) return 1;
@@ -118,7 +117,7 @@ static int start(const tracer *t, const pixel_sample *wanted, path *p, bent_ray 
   const double x = (wanted->x + 0.5 + filter_offset(&t->filter, u[0])) / s->width;
   const double y = (wanted->y + 0.5 + filter_offset(&t->filter, u[1])) / s->height;
   camera_ray camera;
-  if (!camera_cast(t->scene->camera, x, y, &camera) || !can_leave(t, camera.origin)) {
+  if (!camera_cast(t->scene->camera, x, y, &camera) || !path_can_leave(t, camera.origin)) {
     record->value[CHANNEL_COMBINED][3] = 1; /* black and opaque, as Cycles */
     return 0;
   }
@@ -301,7 +300,7 @@ static int shade_surface(const tracer *t, batch *b, path *p, const reach *reach,
   surface.point.ray = p->ray;
   p->way += hit->length;
   surface.point.footprint = t->pixel_size + t->pixel_slope * p->way;
-  if (p->vertex >= VERTICES_MAX || !can_leave(t, surface.point.position)) return 0;
+  if (p->vertex >= VERTICES_MAX || !path_can_leave(t, surface.point.position)) return 0;
   int goes_on = 1;
   if (surface.see_through) {
     pass_through(t, p, ray, hit);

@@ -96,6 +96,8 @@ typedef struct pixel_sample {
 
 /* The history of what a kind of lobe of a set scatters of a ray; `sharp`: by a delta lobe. */
 ray_history path_scattered(ray_history ray, const closure_set *set, bsdf_lobe lobe, int sharp);
+/* Whether light can leave from a place: not from inside a horizon, nor from where rounding sees one. */
+int path_can_leave(const tracer *t, vec3 origin);
 /* Points `ray`, whose visibility is set, away from a surface, or from the camera if that is NULL. */
 void path_set_ray(const tracer *t, bent_ray *ray, vec3 origin, vec3 direction, const bent_hit *surface);
 /* Intersects n rays, some at a time: looks for a cancel in between. */

@@ -1,10 +1,12 @@
 /* One tile of the picture: checks, and the order of its samples. */
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "bentlight/render.h"
 #include "geometry/geometry.h"
 #include "render/camera.h"
+#include "render/compression.h"
 #include "render/film.h"
 #include "render/path.h"
 #include "scene/scene.h"
@@ -21,9 +23,13 @@ static bent_status check(const bent_scene *scene, const bent_render_settings *s,
   if ((uint64_t)tile[0] + tile[2] > s->width || (uint64_t)tile[1] + tile[3] > s->height)
     return bent_fail(error, BENT_ERROR_ARGUMENT, "render: tile (%u, %u) of %u x %u leaves the image of %u x %u",
                      tile[0], tile[1], tile[2], tile[3], s->width, s->height);
-  if (s->sample_count < 1 || (uint64_t)s->first_sample + s->sample_count >= 1ull << 31)
+  if (s->photon_ring_samples < 1 || s->photon_ring_samples > 64)
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "render: photon_ring_samples must lie in [1, 64], got %u",
+                     s->photon_ring_samples);
+  if (s->sample_count < 1 || ((uint64_t)s->first_sample + s->sample_count) * s->photon_ring_samples >= 1ull << 31)
     return bent_fail(error, BENT_ERROR_ARGUMENT,
-                     "render: sample_count must be at least 1 and first_sample + sample_count below 2^31");
+                     "render: sample_count must be at least 1 and first_sample + sample_count below 2^31 / "
+                     "photon_ring_samples");
   if (!(s->tolerance > 0 && s->tolerance <= 0.1))
     return bent_fail(error, BENT_ERROR_ARGUMENT, "render: tolerance must lie in (0, 0.1] radians, got %g", s->tolerance);
   if (!(s->filter_width >= 0.01 && s->filter_width <= 30))
@@ -44,6 +50,22 @@ static bent_status check(const bent_scene *scene, const bent_render_settings *s,
   if (!(s->alpha_threshold >= 0 && s->alpha_threshold <= 1))
     return bent_fail(error, BENT_ERROR_ARGUMENT, "render: alpha_threshold must lie in [0, 1], got %g",
                      s->alpha_threshold);
+  return BENT_OK;
+}
+
+/* What a call that resumes needs: counts that float32 holds exactly, and all that decides which pixels are clean. */
+static bent_status check_resume(const bent_render_settings *s, float *const channels[BENT_CHANNELS_MAX],
+                                bent_error *error)
+{
+  if (!s->resume) return BENT_OK;
+  const int adaptive = channels[CHANNEL_COMBINED] && channels[CHANNEL_NOISE_PARTIAL] && channels[CHANNEL_NOISE_SCATTER];
+  if (!channels[CHANNEL_SAMPLE_COUNT] || (s->noise_threshold > 0 && !adaptive))
+    return bent_fail(error, BENT_ERROR_ARGUMENT,
+                     "render: to resume takes the channel sample_count, and with a noise_threshold combined, "
+                     "noise_partial and noise_scatter");
+  if ((uint64_t)s->first_sample * s->photon_ring_samples > 1u << 24)
+    return bent_fail(error, BENT_ERROR_ARGUMENT,
+                     "render: to resume, first_sample must be at most 2^24 / photon_ring_samples");
   return BENT_OK;
 }
 
@@ -70,34 +92,49 @@ enum { NOISE_CHECK = 16 };
 
 /* A strip of a tile's pixels, and those of them that still want samples. */
 typedef struct strip {
-  const uint32_t *tile; /* x, y, width, height */
-  size_t first;         /* number within the tile of the strip's first pixel */
-  uint32_t count;       /* of pixels below */
+  const uint32_t *tile;    /* x, y, width, height */
+  const uint8_t *multiple; /* of each pixel of the strip: samples where another takes one */
+  size_t first;            /* number within the tile of the strip's first pixel */
+  uint32_t count;          /* of pixels below */
   uint32_t pixels[FILM_PIXELS];
 } strip;
 
-/* Takes samples number taken .. taken + more - 1 of all pixels of the strip that want them. */
-static bent_status take_samples(const tracer *t, film *film, path_block *block, const strip *strip, uint32_t taken,
-                                uint32_t more, bent_render_statistics *statistics, bent_progress *progress,
+/* The next sample to take: number `part` of those that the strip's pixel number `index` takes for one. */
+typedef struct cursor {
+  uint32_t sample, index, part;
+} cursor;
+
+/* Takes what the cursor stands at and moves it on: through a pixel's parts, the strip's pixels, the samples. */
+static pixel_sample take_next(const strip *strip, cursor *at)
+{
+  const uint32_t pixel = strip->pixels[at->index], multiple = strip->multiple[pixel];
+  const size_t in_tile = strip->first + pixel;
+  const pixel_sample wanted = {strip->tile[0] + (uint32_t)(in_tile % strip->tile[2]),
+                               strip->tile[1] + (uint32_t)(in_tile / strip->tile[2]),
+                               at->sample * multiple + at->part};
+  if (++at->part == multiple) at->part = 0, at->index++;
+  if (at->index == strip->count) at->index = 0, at->sample++;
+  return wanted;
+}
+
+/* Takes samples number begin .. end - 1 of all pixels of the strip that want them. */
+static bent_status take_samples(const tracer *t, film *film, path_block *block, const strip *strip, uint32_t begin,
+                                uint32_t end, bent_render_statistics *statistics, bent_progress *progress,
                                 bent_error *error)
 {
-  const uint64_t total = (uint64_t)strip->count * more;
-  for (uint64_t begin = 0; begin < total; begin += BLOCK_SAMPLES) {
-    const int count = (int)(total - begin < BLOCK_SAMPLES ? total - begin : BLOCK_SAMPLES);
+  for (cursor at = {begin, 0, 0}; at.sample < end;) {
     pixel_sample wanted[BLOCK_SAMPLES];
-    for (int i = 0; i < count; i++) {
-      const uint64_t at = begin + (uint64_t)i;
-      const size_t pixel = strip->first + strip->pixels[at % strip->count];
-      wanted[i] = (pixel_sample){strip->tile[0] + (uint32_t)(pixel % strip->tile[2]),
-                                 strip->tile[1] + (uint32_t)(pixel / strip->tile[2]),
-                                 t->settings->first_sample + taken + (uint32_t)(at / strip->count)};
+    uint32_t pixels[BLOCK_SAMPLES], count = 0, whole = 0;
+    while (at.sample < end && count < BLOCK_SAMPLES) {
+      pixels[count] = strip->pixels[at.index];
+      wanted[count++] = take_next(strip, &at);
+      whole += at.part == 0;
     }
-    const bent_status status = path_trace(t, block, count, wanted, statistics, progress, error);
+    const bent_status status = path_trace(t, block, (int)count, wanted, statistics, progress, error);
     if (status) return status;
-    for (int i = 0; i < count; i++)
-      film_add(film, strip->pixels[(begin + (uint64_t)i) % strip->count], &block->records[i]);
-    statistics->samples += (uint64_t)count;
-    if (progress) atomic_fetch_add_explicit(&progress->done, (uint64_t)count, memory_order_relaxed);
+    for (uint32_t i = 0; i < count; i++) film_add(film, pixels[i], &block->records[i]);
+    statistics->samples += count;
+    if (progress) atomic_fetch_add_explicit(&progress->done, (uint64_t)whole, memory_order_relaxed);
   }
   return BENT_OK;
 }
@@ -111,27 +148,74 @@ static void drop_clean(strip *strip, const film *film, double threshold)
   strip->count = kept;
 }
 
-/* Takes the samples of the strip of `pixels` pixels that begins with number `first` of the tile. */
-static bent_status render_strip(const tracer *t, film *film, path_block *block, const uint32_t tile[4], size_t first,
-                                uint32_t pixels, bent_render_statistics *statistics, bent_progress *progress,
-                                bent_error *error)
+/* Lists the strip's pixels that have not been dropped before the call: those that have all samples so far. */
+static void list_pixels(strip *strip, const film *film, uint32_t pixels, uint32_t samples)
+{
+  for (uint32_t i = 0; i < pixels; i++)
+    if (film->taken[i] == samples * strip->multiple[i]) strip->pixels[strip->count++] = i;
+}
+
+/* Samples that a pixel which has `taken` takes until the next look at its noise. */
+static uint32_t until_look(const bent_render_settings *s, uint32_t taken)
+{
+  return taken < s->min_samples ? s->min_samples - taken : NOISE_CHECK - (taken - s->min_samples) % NOISE_CHECK;
+}
+
+static int is_time_to_look(const bent_render_settings *s, uint32_t taken)
+{
+  return taken >= s->min_samples && (taken - s->min_samples) % NOISE_CHECK == 0;
+}
+
+/* Takes the samples of the strip's `pixels` pixels. */
+static bent_status render_strip(const tracer *t, film *film, path_block *block, strip *strip, uint32_t pixels,
+                                bent_render_statistics *statistics, bent_progress *progress, bent_error *error)
 {
   const bent_render_settings *s = t->settings;
-  const int adaptive = s->noise_threshold > 0;
-  strip strip = {.tile = tile, .first = first, .count = pixels};
-  for (uint32_t i = 0; i < pixels; i++) strip.pixels[i] = i;
-  for (uint32_t taken = 0, more; taken < s->sample_count && strip.count; taken += more) {
-    more = !adaptive ? s->sample_count : taken ? NOISE_CHECK : s->min_samples;
-    if (more > s->sample_count - taken) more = s->sample_count - taken;
-    const bent_status status = take_samples(t, film, block, &strip, taken, more, statistics, progress, error);
-    if (status) return status;
-    const uint32_t before = strip.count;
-    if (adaptive) drop_clean(&strip, film, s->noise_threshold);
+  const uint32_t before = s->resume ? s->first_sample : 0; /* samples in the film */
+  list_pixels(strip, film, pixels, before);
+  uint32_t waiting = pixels; /* that progress does not count as done */
+  for (uint32_t taken = 0, more; taken < s->sample_count; taken += more) {
+    const int adaptive = s->noise_threshold > 0;
+    if (adaptive && is_time_to_look(s, before + taken)) drop_clean(strip, film, s->noise_threshold);
     if (progress) /* samples that are not needed count as done */
-      atomic_fetch_add_explicit(&progress->done, (uint64_t)(before - strip.count) * (s->sample_count - taken - more),
+      atomic_fetch_add_explicit(&progress->done, (uint64_t)(waiting - strip->count) * (s->sample_count - taken),
                                 memory_order_relaxed);
+    waiting = strip->count;
+    if (!strip->count) break;
+    const uint32_t left = s->sample_count - taken;
+    more = adaptive && until_look(s, before + taken) < left ? until_look(s, before + taken) : left;
+    const uint32_t first = s->first_sample + taken;
+    const bent_status status = take_samples(t, film, block, strip, first, first + more, statistics, progress, error);
+    if (status) return status;
   }
   return BENT_OK;
+}
+
+/* Takes the samples of a tile, strip by strip. */
+static bent_status render_strips(const tracer *t, path_block *block, film *film, const uint32_t tile[4],
+                                 const uint8_t *multiple, float *const channels[CHANNEL_COUNT],
+                                 bent_render_statistics *statistics, bent_progress *progress, bent_error *error)
+{
+  const size_t pixels = (size_t)tile[2] * tile[3];
+  bent_status status = BENT_OK;
+  for (size_t first = 0; first < pixels; first += FILM_PIXELS) {
+    const uint32_t count = (uint32_t)(pixels - first < FILM_PIXELS ? pixels - first : FILM_PIXELS);
+    film_clear(film);
+    if (t->settings->resume) film_read(film, channels, first, count);
+    strip strip = {.tile = tile, .multiple = multiple + first, .first = first};
+    if (!status) status = render_strip(t, film, block, &strip, count, statistics, progress, error);
+    film_write(film, channels, first, count); /* after a cancel too: what is done is valid, the rest is 0 */
+  }
+  return status;
+}
+
+/* All channels of a tile whose first sample was not even begun. */
+static void write_nothing(float *const channels[CHANNEL_COUNT], size_t pixels)
+{
+  size_t count;
+  const bent_channel *table = bent_render_channels(&count);
+  for (size_t c = 0; c < count; c++)
+    if (channels[c]) memset(channels[c], 0, pixels * (size_t)table[c].components * sizeof *channels[c]);
 }
 
 bent_status bent_scene_render_tile(const bent_scene *scene, uint32_t x, uint32_t y, uint32_t width, uint32_t height,
@@ -141,6 +225,7 @@ bent_status bent_scene_render_tile(const bent_scene *scene, uint32_t x, uint32_t
   const uint32_t tile[4] = {x, y, width, height};
   *statistics = (bent_render_statistics){0};
   bent_status status = check(scene, settings, tile, error);
+  if (!status) status = check_resume(settings, channels, error);
   if (!status) status = check_camera(scene, error);
   if (status) return status;
   tracer t;
@@ -149,15 +234,13 @@ bent_status bent_scene_render_tile(const bent_scene *scene, uint32_t x, uint32_t
   status = path_block_new(&block, scene, BLOCK_SAMPLES, error);
   if (status) return status;
   film *film = malloc(sizeof *film);
-  if (!film) status = bent_fail(error, BENT_ERROR_MEMORY, "render: out of memory");
-  const size_t pixels = (size_t)width * height;
-  for (size_t first = 0; film && first < pixels; first += FILM_PIXELS) {
-    const uint32_t count = (uint32_t)(pixels - first < FILM_PIXELS ? pixels - first : FILM_PIXELS);
-    film_clear(film);
-    if (!status) status = render_strip(&t, film, &block, tile, first, count, statistics, progress, error);
-    film_write(film, channels, first, count); /* after a cancel too: what is done is valid, the rest is 0 */
-  }
+  uint8_t *multiple = malloc((size_t)width * height + 1);
+  if (!film || !multiple) status = bent_fail(error, BENT_ERROR_MEMORY, "render: out of memory");
+  if (!status) status = compression_measure(&t, tile, settings->photon_ring_samples, multiple, progress, error);
+  if (!status) status = render_strips(&t, &block, film, tile, multiple, channels, statistics, progress, error);
+  else if (status == BENT_CANCELLED && !settings->resume) write_nothing(channels, (size_t)width * height);
   free(film);
+  free(multiple);
   path_block_free(&block);
   return status;
 }
