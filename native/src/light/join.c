@@ -29,7 +29,7 @@ int join_has_far_sky(const geometry *g)
   return 0;
 }
 
-static void join_straight(const geometry *g, vec3 from, vec3 to, int sky, joints *out)
+static void join_straight(const geometry *g, vec3 from, vec3 to, int sky, double way_chance, joints *out)
 {
   const vec3 way = sky ? to : v3_sub(to, from);
   const double length = v3_length(way);
@@ -37,7 +37,8 @@ static void join_straight(const geometry *g, vec3 from, vec3 to, int sky, joints
   const vec3 direction = v3_scale(way, 1 / length);
   if (!join_is_clear(g, from, direction, sky ? INFINITY : length, -1)) return;
   const double spread = sky ? 1 : length * length;
-  joints_add(out, &(joint){direction, direction, v3_scale(direction, 1 / spread), spread, 0, -1, 0, 1});
+  joints_add(out, &(joint){.launch = direction, .arrival = direction, .cone = v3_scale(direction, 1 / spread),
+                           .spread = spread, .first_lens = -1, .chance = 1, .way_chance = way_chance});
 }
 
 /* ---- Chances ---- */
@@ -96,7 +97,7 @@ size_t join_images_wanted(double second, double *u) { return LEVEL_IMAGES[u ? ta
 typedef struct inner {
   size_t count;
   size_t pair[BLOCK], images[BLOCK];
-  double from[BLOCK][3], to[BLOCK][3], second[BLOCK];
+  double from[BLOCK][3], to[BLOCK][3], second[BLOCK], way_chance[BLOCK];
 } inner;
 
 static int spins(const lens *l) { return l->spacetime.kind == BENT_KERR && l->spacetime.spin != 0; }
@@ -141,8 +142,8 @@ static void join_images(const geometry *g, const lens *l, const inner *in, size_
     const joint j = {.launch = v3_scale(mat4_vector(&l->world_from_spacetime, v3_from(launch[i])), turned),
                      .arrival = v3_scale(mat4_vector(&l->world_from_spacetime, arrives), turned),
                      .cone = v3_scale(mat4_vector(&l->world_from_spacetime, cone), turned / area),
-                     .spread = spread[i] * area, .swept = swept[i], .first_lens = (int)(l - g->lenses),
-                     .chance = join_chance(in->second[k], (int)(i % images))};
+                     .spread = spread[i] * area, .swept = swept[i], .first_lens = (int)(l - g->lenses), .through = far,
+                     .chance = join_chance(in->second[k], (int)(i % images)), .way_chance = in->way_chance[k]};
     joints_add(&out[in->pair[k]], &j);
   }
 }
@@ -161,7 +162,7 @@ static int is_first(const lens *l, vec3 from, vec3 to, int sky, int far, double 
 
 /* Arguments as in join_by. All pairs are inside a lens that is all of space. */
 static void join_inside(const geometry *g, const lens *l, size_t n, const vec3 *from, const vec3 *to, double *u,
-                        const joint_trace *traces, int sky, int far, joints *out)
+                        const double *const *chances, const joint_trace *traces, int sky, int far, joints *out)
 {
   inner in;
   in.count = 0;
@@ -173,6 +174,8 @@ static void join_inside(const geometry *g, const lens *l, size_t n, const vec3 *
     const size_t k = in.count;
     v3_to(in.from[k], a), v3_to(in.to[k], b);
     if (!join_is_place(l, in.from[k]) || !(sky || join_is_place(l, in.to[k]))) continue;
+    if (!join_tries(chances ? chances[i] : NULL, joint_way_by((int)(l - g->lenses), far), u ? &u[i] : NULL, &in.way_chance[k]))
+      continue;
     in.pair[k] = i, in.second[k] = join_second_chance(l, a, b, sky);
     in.images[k] = traces && is_first(l, from[i], to[i], sky, far, traces[i].swept)
                        ? 1 : join_images_wanted(in.second[k], u ? &u[i] : NULL);
@@ -187,38 +190,42 @@ static void join_inside(const geometry *g, const lens *l, size_t n, const vec3 *
 /* Joints of n <= BLOCK pairs by way of lens number `index`; -1: straight ones. Which images are listed is decided by the
  * numbers u, which are then fit for further decisions; all if u is NULL, or those that `traces` may be. */
 static void join_by(const geometry *g, int index, size_t n, const vec3 *from, const vec3 *to, double *u,
-                    const joint_trace *traces, int sky, int far, joints *out)
+                    const double *const *chances, const joint_trace *traces, int sky, int far, joints *out)
 {
   if (index < 0) {
-    for (size_t i = 0; i < n && !far; i++) join_straight(g, from[i], to[i], sky, &out[i]);
+    double chance = 1;
+    for (size_t i = 0; i < n && !far; i++)
+      if (!chances || join_tries(chances[i], 0, &u[i], &chance)) join_straight(g, from[i], to[i], sky, chance, &out[i]);
     return;
   }
   const lens *l = &g->lenses[index];
-  if (isinf(l->radius) ? l == lone_lens(g) : join_is_wide(l)) join_inside(g, l, n, from, to, u, traces, sky, far, out);
-  join_by_lens(g, index, n, from, to, u, sky, far, out);
+  if (isinf(l->radius) ? l == lone_lens(g) : join_is_wide(l))
+    join_inside(g, l, n, from, to, u, chances, traces, sky, far, out);
+  join_by_lens(g, index, n, from, to, u, chances, sky, far, out);
 }
 
-static void join_all(const geometry *g, size_t n, const vec3 *from, const vec3 *to, const double *u, int sky, int far,
-                     joints *out)
+void join_by_chance(const geometry *g, size_t n, const vec3 *from, const vec3 *to, const double *u,
+                    const double *const *chances, int sky, int far, joints *out)
 {
   for (size_t first = 0; first < n; first += BLOCK) {
     const size_t count = n - first < BLOCK ? n - first : BLOCK;
     double rest[BLOCK];
     for (size_t i = 0; i < count; i++) rest[i] = u[first + i], out[first + i].count = 0;
     for (int k = -1; k < (int)g->lens_count; k++)
-      join_by(g, k, count, from + first, to + first, rest, NULL, sky, far, out + first);
+      join_by(g, k, count, from + first, to + first, rest, chances ? chances + first : NULL, NULL, sky, far,
+              out + first);
     for (size_t i = 0; i < count; i++) out[first + i].rest = rest[i];
   }
 }
 
 void join_points(const geometry *g, size_t n, const vec3 *from, const vec3 *to, const double *u, joints *out)
 {
-  join_all(g, n, from, to, u, 0, 0, out);
+  join_by_chance(g, n, from, to, u, NULL, 0, 0, out);
 }
 
 void join_sky(const geometry *g, size_t n, const vec3 *from, const vec3 *to, const double *u, int far, joints *out)
 {
-  join_all(g, n, from, to, u, 1, far, out);
+  join_by_chance(g, n, from, to, u, NULL, 1, far, out);
 }
 
 static const joint *find(const joints *joints, const joint_trace *trace)
@@ -249,7 +256,7 @@ void join_traced(const geometry *g, size_t n, const vec3 *from, const vec3 *to, 
           a[count] = from[next], b[count] = to[next], traced[count] = traces[next], pair[count++] = next;
       joints found[BLOCK];
       for (size_t i = 0; i < count; i++) found[i].count = 0;
-      if (count) join_by(g, k, count, a, b, NULL, traced, sky, far, found);
+      if (count) join_by(g, k, count, a, b, NULL, NULL, traced, sky, far, found);
       for (size_t i = 0; i < count; i++) {
         const joint *j = find(&found[i], &traced[i]);
         if (j) out[pair[i]] = *j;

@@ -18,7 +18,9 @@ typedef struct joint {
   double swept;  /* inside lenses, radians */
   int first_lens;   /* as in bent_hit; -1: straight */
   uint32_t borders; /* as in bent_hit, when it arrives */
+  int through;      /* a throat */
   double chance;    /* with which such an image is listed */
+  double way_chance; /* with which its way was tried */
 } joint;
 
 typedef struct joints {
@@ -31,11 +33,19 @@ typedef struct joints {
  * others are mostly faint: by u[i] in [0, 1) they are listed with a chance, never too small, that grows with the light that
  * they may have; u[i] = 0 lists them all. */
 void join_points(const geometry *g, size_t n, const vec3 *from, const vec3 *to, const double *u, joints *out);
+/* The same, or with sky that of join_sky, but ways are tried by chance, and what is not tried is not solved: joint_way number
+ * k of pair i with the chance chances[i][k]; chances[i] NULL: all are. */
+void join_by_chance(const geometry *g, size_t n, const vec3 *from, const vec3 *to, const double *u,
+                    const double *const *chances, int sky, int far, joints *out);
 /* What joins from[i] with the unit asymptotic direction to[i]. far: not 0 for the skies beyond wormholes without exit. */
 void join_sky(const geometry *g, size_t n, const vec3 *from, const vec3 *to, const double *u, int far, joints *out);
 /* Nonzero if a wormhole has a sky of its own beyond it. */
 int join_has_far_sky(const geometry *g);
 static inline int joint_is_straight(const joint *j) { return j->first_lens < 0; }
+/* Joints numbered by the way that they take: straight, or by way of each lens, on this side or through its throat. */
+static inline size_t joint_ways(const geometry *g) { return 1 + 2 * g->lens_count; }
+static inline size_t joint_way_by(int lens, int through) { return lens < 0 ? 0 : 1 + 2 * (size_t)lens + (through != 0); }
+static inline size_t joint_way(const joint *j) { return joint_way_by(j->first_lens, j->through); }
 
 /* A traced ray from the first place, as far as it tells which joint it is: bent_hit's values, summed over its pieces. */
 typedef struct joint_trace {

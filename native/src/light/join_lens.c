@@ -27,6 +27,7 @@ typedef struct group {
   size_t count;
   size_t pair[BLOCK], images[BLOCK];
   double second[BLOCK]; /* chance, as in join_images_wanted */
+  double way_chance[BLOCK];
   place a[BLOCK], b[BLOCK];
 } group;
 
@@ -170,8 +171,9 @@ static int joint_of(const geometry *g, const group *q, size_t i, const plane *p,
   const double spread = (q->reversed ? found->spread_back : found->spread) * unit * unit;
   *out = (joint){.launch = launch, .arrival = arrival, .cone = v3_scale(arrival, 1 / spread), .swept = found->inside, .first_lens = q->index,
                  .spread = spread,
+                 .through = through,
                  .borders = (uint32_t)(a_outside + b_outside + (through && !far)),
-                 .chance = join_chance(q->second[i], k)};
+                 .chance = join_chance(q->second[i], k), .way_chance = q->way_chance[i]};
   return 1;
 }
 
@@ -205,15 +207,27 @@ static void solve(const geometry *g, const group *q, const vec3 *from, const vec
 
 enum { ACROSS, OUT, IN, THROUGH, GROUPS };
 
-static void group_add(group *q, const geometry *g, size_t pair, place a, place b, double *u)
+/* Whether the straight line between two places outside the sphere, or towards the sky, stays there. Then no ray across the
+ * sphere is the first image: bent towards the center, it ends on the center's side of its own straight continuation. */
+static int passes_by(const lens *l, vec3 at, vec3 to, int sky)
 {
-  const size_t i = q->count++;
+  const vec3 way = sky ? to : v3_sub(to, at);
+  const double along = max2(-v3_dot(at, way) / v3_dot(way, way), 0);
+  return v3_length(v3_mad(way, sky ? along : min2(along, 1), at)) > rim_of(l, l) * (1 + 1e-6);
+}
+
+static void group_add(group *q, const geometry *g, size_t pair, place a, place b, double *u, const double *chances)
+{
+  const size_t i = q->count;
+  if (!join_tries(chances, joint_way_by(q->index, q->kind == PASSAGE_THROUGH), u, &q->way_chance[i])) return;
   q->pair[i] = pair;
   q->a[i] = q->reversed ? b : a, q->b[i] = q->reversed ? a : b;
   const int sky = isinf(b.radius), through = q->kind == PASSAGE_THROUGH;
   const vec3 at = v3_scale(a.outward, a.radius), to = sky ? b.outward : v3_scale(b.outward, b.radius);
   q->second[i] = through ? SECOND_THROUGH : join_second_chance(&g->lenses[q->index], at, to, sky);
   q->images[i] = join_images_wanted(q->second[i], u);
+  if (q->kind == PASSAGE_ACROSS && q->images[i] == 1 && passes_by(&g->lenses[q->index], at, to, sky)) return;
+  q->count++;
 }
 
 /* Index of the lens that owns a point, -1 if none. */
@@ -223,7 +237,8 @@ static int owner(const geometry *g, vec3 at)
   return l ? (int)(l - g->lenses) : -1;
 }
 
-static void sort_pair(const geometry *g, int index, size_t pair, vec3 from, vec3 to, double *u, int sky, int far, group *groups)
+static void sort_pair(const geometry *g, int index, size_t pair, vec3 from, vec3 to, double *u, const double *chances,
+                      int sky, int far, group *groups)
 {
   const lens *l = &g->lenses[index];
   const int in_a = owner(g, from), in_b = sky ? -1 : owner(g, to);
@@ -231,15 +246,16 @@ static void sort_pair(const geometry *g, int index, size_t pair, vec3 from, vec3
   const place a = place_of(l, l, from, 0, 0);
   if (!far && (in_b < 0 || in_b == index)) {
     const int kind = in_a < 0 ? (in_b < 0 ? ACROSS : IN) : in_b < 0 ? OUT : GROUPS;
-    if (kind < GROUPS && (in_b < 0 || is_usable(l, to))) group_add(&groups[kind], g, pair, a, place_of(l, l, to, sky, 0), u);
+    if (kind < GROUPS && (in_b < 0 || is_usable(l, to))) group_add(&groups[kind], g, pair, a, place_of(l, l, to, sky, 0), u, chances);
   }
   if (l->spacetime.kind != BENT_ELLIS || far != (l->exit < 0)) return;
   const lens *b = far ? l : &g->lenses[l->exit];
-  if (in_b < 0 || (in_b == l->exit && is_usable(b, to))) group_add(&groups[THROUGH], g, pair, a, place_of(l, b, to, sky, 1), u);
+  if (in_b < 0 || (in_b == l->exit && is_usable(b, to)))
+    group_add(&groups[THROUGH], g, pair, a, place_of(l, b, to, sky, 1), u, chances);
 }
 
-void join_by_lens(const geometry *g, int index, size_t n, const vec3 *from, const vec3 *to, double *u, int sky, int far,
-                  joints *out)
+void join_by_lens(const geometry *g, int index, size_t n, const vec3 *from, const vec3 *to, double *u,
+                  const double *const *chances, int sky, int far, joints *out)
 {
   const lens *l = &g->lenses[index];
   if (!join_is_wide(l)) return;
@@ -249,6 +265,7 @@ void join_by_lens(const geometry *g, int index, size_t n, const vec3 *from, cons
     groups[k].kind = KINDS[k], groups[k].reversed = k == IN, groups[k].count = 0;
     groups[k].index = index, groups[k].side_b = k == THROUGH ? l->exit : index;
   }
-  for (size_t i = 0; i < n; i++) sort_pair(g, index, i, from[i], to[i], u ? &u[i] : NULL, sky, far, groups);
+  for (size_t i = 0; i < n; i++)
+    sort_pair(g, index, i, from[i], to[i], u ? &u[i] : NULL, chances ? chances[i] : NULL, sky, far, groups);
   for (int k = 0; k < GROUPS; k++) solve(g, &groups[k], from, to, sky, out);
 }

@@ -20,9 +20,18 @@ double join_chance(double second, int order);
 size_t join_images_wanted(double second, double *u);
 /* The chance with which the second image is listed: about its share of the light. Ends in the chart. */
 double join_second_chance(const lens *l, vec3 a, vec3 b, int sky);
+/* Whether a way is tried that has a chance: 1 if `chances` is NULL, or *u decides, which is then an even number again. */
+static inline int join_tries(const double *chances, size_t way, double *u, double *chance)
+{
+  *chance = chances ? chances[way] : 1;
+  if (!(*chance < 1)) return 1;
+  const int tried = *u < *chance;
+  *u = tried ? *u / *chance : (*u - *chance) / (1 - *chance);
+  return tried;
+}
 /* Joints of n <= JOIN_BLOCK pairs by way of the lens `index`; arguments as in join_points and join_sky. u: as in
- * join_images_wanted. The ends may stand inside its sphere, or that of its exit, or in flat space. Both inside the same
+ * join_images_wanted; chances as in join_by_chance, or NULL. The ends may stand inside its sphere, or that of its exit, or in flat space. Both inside the same
  * sphere: not here. */
-void join_by_lens(const geometry *g, int index, size_t n, const vec3 *from, const vec3 *to, double *u, int sky, int far,
-                  joints *out);
+void join_by_lens(const geometry *g, int index, size_t n, const vec3 *from, const vec3 *to, double *u,
+                  const double *const *chances, int sky, int far, joints *out);
 #endif

@@ -223,6 +223,12 @@ static void add_shadow(const tracer *t, path_block *block, const lit_vertex *v, 
   *ray = (bent_ray){.length_max = INFINITY, .visibility = BENT_SHADOW};
   path_set_ray(t, ray, v->point.position, j->launch, v->hit);
   if (straight && !sky) ray->length_max = sqrt(j->spread);
+  if (block->counts) {
+    const size_t target = sky ? portal_sky_home(t->scene->geometry) : portal_home(t->scene->geometry, s->target);
+    block->shadows[i].cell = portal_cell(t->scene->geometry, portal_home(t->scene->geometry, v->point.position), target) +
+                             joint_way(j);
+    block->counts[block->shadows[i].cell].traced++;
+  }
 }
 
 /* Shadows of all connections of a vertex with its light; of those that bring little by Russian roulette: less than the
@@ -241,7 +247,7 @@ static void add_shadows(const tracer *t, path_block *block, const lit_vertex *v,
     const double value = v3_max(light[k]);
     const double chance = value / max2(t->settings->light_threshold, k ? FAINT * brightest : value);
     if (!(value > 0) || joints->rest >= chance) continue;
-    light[k] = v3_scale(light[k], 1 / min2(chance, 1));
+    light[k] = v3_scale(light[k], 1 / (min2(chance, 1) * joints->list[k].way_chance));
     if (!blockers) v->path->radiance = v3_add(v->path->radiance, light[k]);
     else add_shadow(t, block, v, s, &joints->list[k], far, light[k], blockers);
   }
@@ -253,6 +259,7 @@ void direct_draw(const tracer *t, path_block *block, int count, const lit_vertex
   light_sample sample[DIRECT_BATCH];
   vec3 from[2][DIRECT_BATCH], to[2][DIRECT_BATCH]; /* to places, to the sky */
   double u[2][DIRECT_BATCH];
+  const double *chances[2][DIRECT_BATCH]; /* of ways that are mostly blocked */
   int vertex_of[2][DIRECT_BATCH], n[2] = {0};
   for (int i = 0; i < count; i++) {
     const lit_vertex *v = &vertices[i];
@@ -262,14 +269,14 @@ void direct_draw(const tracer *t, path_block *block, int count, const lit_vertex
     from[list][n[list]] = v->point.position;
     to[list][n[list]] = sample[i].target;
     u[list][n[list]] = v->u[3];
+    chances[list][n[list]] = portal_way_chances(scene, &v->mix, list, sample[i].target);
     vertex_of[list][n[list]++] = i;
   }
   for (int pass = 0; pass < 3; pass++) { /* places, the sky, the far sky */
     const int list = pass > 0, far = pass == 2;
     joints found[DIRECT_BATCH];
     if (!n[list] || (far && !join_has_far_sky(scene->geometry))) continue;
-    if (pass == 0) join_points(scene->geometry, (size_t)n[0], from[0], to[0], u[0], found);
-    else join_sky(scene->geometry, (size_t)n[1], from[1], to[1], u[1], far, found);
+    join_by_chance(scene->geometry, (size_t)n[list], from[list], to[list], u[list], chances[list], list, far, found);
     for (int k = 0; k < n[list]; k++) {
       const int i = vertex_of[list][k];
       add_shadows(t, block, &vertices[i], &sample[i], &found[k], far);
@@ -322,7 +329,9 @@ static int shadow_step(const tracer *t, path_block *block, shadow *s, bent_ray *
 {
   if (hit->fate != BENT_HIT || !is_before(s, ray, hit)) {
     path *p = &block->paths[s->path];
-    if (hit->fate == BENT_HIT || arrives(s, hit)) p->radiance = v3_add(p->radiance, s->light);
+    if (hit->fate != BENT_HIT && !arrives(s, hit)) return 0;
+    p->radiance = v3_add(p->radiance, s->light);
+    if (block->counts) block->counts[s->cell].arrived++;
     return 0;
   }
   if (s->blockers >> t->scene->geometry->instances[hit->instance].blocker_set & 1) {

@@ -58,7 +58,7 @@ void path_block_free(path_block *block)
 static void measure_pixel(tracer *t)
 {
   camera_ray a, b;
-  if (!camera_cast(t->scene->camera, 0.5, 0.5, &a) ||
+  if (!t->scene->camera || !camera_cast(t->scene->camera, 0.5, 0.5, &a) ||
       !camera_cast(t->scene->camera, 0.5 + 1.0 / t->settings->width, 0.5, &b))
     return;
   t->pixel_size = v3_length(v3_sub(a.origin, b.origin));
@@ -388,14 +388,11 @@ static bent_status shade_batch(const tracer *t, path_block *block, int first, in
   return BENT_OK;
 }
 
-bent_status path_trace(const tracer *t, path_block *block, int count, const pixel_sample *wanted,
-                       bent_render_statistics *statistics, bent_progress *progress, bent_error *error)
+bent_status path_run(const tracer *t, path_block *block, int count, bent_render_statistics *statistics,
+                     bent_progress *progress, bent_error *error)
 {
-  int alive = 0; /* paths[0 .. alive) live; rays[i] is the next ray of paths[i] */
+  int alive = count; /* paths[0 .. alive) live; rays[i] is the next ray of paths[i] */
   block->shadow_count = 0;
-  for (int i = 0; i < count; i++)
-    if (start(t, &wanted[i], &block->paths[alive], &block->rays[alive], &block->records[i]))
-      block->paths[alive++].record = i;
   while (alive > 0) {
     bent_status status = path_intersect(t, alive, block->rays, block->hits, progress, error);
     statistics->rays += (uint64_t)alive;
@@ -417,4 +414,14 @@ bent_status path_trace(const tracer *t, path_block *block, int count, const pixe
     alive = kept;
   }
   return BENT_OK;
+}
+
+bent_status path_trace(const tracer *t, path_block *block, int count, const pixel_sample *wanted,
+                       bent_render_statistics *statistics, bent_progress *progress, bent_error *error)
+{
+  int alive = 0;
+  for (int i = 0; i < count; i++)
+    if (start(t, &wanted[i], &block->paths[alive], &block->rays[alive], &block->records[i]))
+      block->paths[alive++].record = i;
+  return path_run(t, block, alive, statistics, progress, error);
 }

@@ -62,6 +62,7 @@ typedef struct shadow {
   uint32_t borders; /* also, as in bent_hit */
   int straight;     /* no lens on the way */
   int far;      /* the target is in the sky beyond a wormhole */
+  size_t cell;  /* in which the block counts it */
   vec3 light;
   uint64_t blockers;    /* sets of instances that hold the light up */
   vec3 from;            /* the vertex */
@@ -69,6 +70,11 @@ typedef struct shadow {
 } shadow;
 
 enum { SHADOWS = 4096 };
+
+/* What became of some shadow rays. */
+typedef struct shadow_count {
+  uint32_t traced, arrived;
+} shadow_count;
 
 /* Room for `capacity` paths in flight in one scene. */
 typedef struct path_block {
@@ -84,6 +90,7 @@ typedef struct path_block {
   shadow *shadows;
   bent_ray *shadow_rays;
   bent_hit *shadow_hits;
+  shadow_count *counts;   /* by portal_cell, to be counted up; NULL: nobody counts */
 } path_block;
 
 bent_status path_block_new(path_block *out, const bent_scene *scene, int capacity, bent_error *error);
@@ -106,6 +113,10 @@ bent_status path_intersect(const tracer *t, int n, const bent_ray *rays, bent_hi
 /* What a contribution to the picture counts after so many scatterings: limited by Cycles' clamp direct or indirect. */
 vec3 path_limited(const tracer *t, uint32_t bounces, vec3 contribution);
 void tracer_init(tracer *tracer, const bent_scene *scene, const bent_render_settings *settings);
+/* Traces the block's first `count` paths along their rays to the end. A path's radiance is in the channel `combined` of its
+ * record. */
+bent_status path_run(const tracer *tracer, path_block *block, int count, bent_render_statistics *statistics,
+                     bent_progress *progress, bent_error *error);
 /* Traces `count` <= capacity pixel samples to their ends; records[i] is the answer to wanted[i] and depends on nothing
  * else. Looks at `progress` for a cancel, then returns BENT_CANCELLED and no record is valid. */
 bent_status path_trace(const tracer *tracer, path_block *block, int count, const pixel_sample *wanted,

@@ -6,6 +6,7 @@
 #include "geometry/geometry.h"
 #include "render/camera.h"
 #include "light/lights.h"
+#include "render/portal.h"
 #include "scene/shading.h"
 
 bent_status bent_scene_new(bent_scene **out, bent_error *error)
@@ -25,6 +26,7 @@ void bent_scene_free(bent_scene *scene)
 {
   if (!scene) return;
   camera_free(scene->camera);
+  portals_free(scene->portals);
   lights_free(scene->lights);
   lamps_free(scene->lamps);
   suns_free(scene->suns);
@@ -33,18 +35,26 @@ void bent_scene_free(bent_scene *scene)
   free(scene);
 }
 
+/* What commit makes of the scene's light. */
+static bent_status commit_light(bent_scene *scene, bent_progress *progress, bent_error *error)
+{
+  lights *lights;
+  bent_status status = lights_new(scene, &lights, error);
+  if (status) return status;
+  lights_free(scene->lights);
+  portals_free(scene->portals);
+  scene->lights = lights;
+  scene->portals = NULL;
+  scene->committed = 1; /* as far as rays are concerned */
+  status = portals_new(scene, &scene->portals, progress, error);
+  scene->lights_valid = !status;
+  return status;
+}
+
 bent_status bent_scene_commit(bent_scene *scene, bent_progress *progress, bent_error *error)
 {
   bent_status status = geometry_commit(scene->geometry, progress, error);
-  if (!status && !scene->lights_valid) {
-    lights *lights;
-    status = lights_new(scene, &lights, error);
-    if (!status) {
-      lights_free(scene->lights);
-      scene->lights = lights;
-      scene->lights_valid = 1;
-    }
-  }
+  if (!status && !scene->lights_valid) status = commit_light(scene, progress, error);
   scene->committed = !status;
   return status;
 }

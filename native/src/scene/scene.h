@@ -8,6 +8,7 @@ typedef struct shading shading;       /* images, materials, world program: scene
 typedef struct camera camera;         /* render/camera.h */
 typedef struct suns suns;             /* light/suns.h */
 typedef struct lamps lamps;           /* light/lamps.h */
+typedef struct portals portals;       /* what is known of wormholes' throats, made by commit: render/portal.h */
 typedef struct lights lights;         /* all that shines, made by commit: light/lights.h */
 
 struct bent_scene {
@@ -17,6 +18,7 @@ struct bent_scene {
   suns *suns;   /* NULL: none, as the lamps */
   lamps *lamps;
   lights *lights; /* NULL before the first commit */
+  portals *portals; /* NULL without wormholes */
   int committed;
   int lights_valid; /* nothing that shines, or where it stands, has changed since they were made */
 };
