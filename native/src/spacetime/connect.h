@@ -12,7 +12,7 @@ typedef struct connect_request {
 } connect_request;
 
 /* Most pairs of a call. */
-enum { CONNECT_BLOCK = 128 };
+enum { CONNECT_BLOCK = 512 };
 
 /* Pairs 0 .. n-1 of checked points (`b`: nonzero vectors if request->sky); results at 0 .. n * max_images - 1 of `out`.
  * Schwarzschild, Kerr without spin, and Ellis; curved only. Adds to `count`. */

@@ -6,7 +6,8 @@
  * Jacobian, is shorter. Where a ray surely passes the radius of b once on its last way, it stops there instead: beside the
  * horizon frame dragging hardly knows a Mino time. And rays are aimed inward, because outward ones leave the neighborhood of
  * the horizon only if they are launched well: where a is the inner end, b aims at a in the hole that spins the other way
- * (time runs backwards), and the ray that was found is launched back once more from a, to be measured.
+ * (time runs backwards), and the ray that was found is launched back once more from a, to be measured. The last trial only
+ * proves that the ray comes to b, and goes without derivatives.
  */
 #ifndef BENT_SPACETIME_CONNECT_AIM_H
 #define BENT_SPACETIME_CONNECT_AIM_H
@@ -21,9 +22,15 @@ enum { AIM_TRIALS_MAX = 30 };
 #define AIM_STRETCH_MAX 0.6
 /* A miss from which on Newton's steps need no proof, and exchanged ends turn round. */
 #define AIM_NEAR 1e-5
-/* Truncation error of a step of the first trial, and of the final one in units of the tolerance. */
+/* Derivatives do for the spread of the ray that is found if their error and the miss are below the first in units of the
+ * tolerance, and the second in units of its square root. */
+#define AIM_CLOSE 100
+#define AIM_CLOSE_ROOT 0.1
+/* Truncation error of a step of the first trial, and of the final one in units of the tolerance; of derivatives that only
+ * aim, relative. */
 #define AIM_TRUNCATION_FIRST 1e-4
 #define AIM_TRUNCATION 1e-2
+#define AIM_TURN_TRUNCATION 1e-2
 
 /* What a ray is aimed by. */
 typedef struct aim_setting {
@@ -39,9 +46,10 @@ typedef struct aim_task {
   lanes lands;                  /* the ray stops at the radius of b: where w grows (1) or falls (-1); at a Mino time (0) */
   lanes swept, calm;            /* angle to be swept, about; precision that trials need beyond the wanted one, e^-swept */
   aim_setting base, trial;      /* where Newton stands, and what is tried */
-  lanes inverse[3][3], step[3], length; /* at the base: inverse Jacobian, Newton's step and its size */
+  lanes jacobian[3][3], step[3], length; /* at the base: of the end, see aim_shot; Newton's step and its size */
   lanes fresh;                  /* mask: there is no base */
-  lanes damping, truncation, trials;
+  lanes checks;                 /* mask: the trial is a check, see aim_check */
+  lanes damping, truncation, turn_truncation, trials;
 } aim_task;
 
 /* Where a trial has come. */
@@ -56,12 +64,24 @@ typedef struct aim_shot {
   lanes time, steps;
 } aim_shot;
 
-LANES_INLINE void aim_copy_lane(aim_task *to, int to_lane, const aim_task *from, int from_lane)
+/* A search at rest. */
+enum { AIM_WORDS = sizeof(aim_task) / sizeof(lanes) };
+typedef struct aim_record {
+  double word[AIM_WORDS];
+} aim_record;
+
+LANES_INLINE void aim_load(aim_task *t, int lane, const aim_record *from)
 {
   typedef double __attribute__((may_alias)) word;
-  const word *source = (const word *)from + from_lane;
-  word *target = (word *)to + to_lane;
-  for (size_t k = 0; k < sizeof(aim_task) / sizeof(lanes); k++) target[k * LANES] = source[k * LANES];
+  word *to = (word *)t + lane;
+  for (size_t k = 0; k < AIM_WORDS; k++) to[k * LANES] = from->word[k];
+}
+
+LANES_INLINE void aim_save(const aim_task *t, int lane, aim_record *to)
+{
+  typedef double __attribute__((may_alias)) word;
+  const word *from = (const word *)t + lane;
+  for (size_t k = 0; k < AIM_WORDS; k++) to->word[k] = from[k * LANES];
 }
 
 LANES_INLINE void aim_select(lanes_mask mask, const aim_setting *from, aim_setting *to)
@@ -107,8 +127,8 @@ LANES_INLINE void aim_measure(const flow_place *b, lanes_mask sky, aim_shot *sho
   shot->missed = lanes_sqrt(size2[2]), shot->lever = lanes_sqrt(size2[0] + size2[1]);
 }
 
-/* Compares the end of the ray with b. */
-LANES_INLINE void aim_compare(const flow_hole *hole, const flow_place *b, lanes_mask sky, aim_shot *shot)
+/* Compares the end of the ray, which has derivatives by `turns` angles, with b. */
+LANES_INLINE void aim_compare(const flow_hole *hole, const flow_place *b, lanes_mask sky, int turns, aim_shot *shot)
 {
   const lanes *target = b->n;
   const flow_ray *ray = &shot->ray;
@@ -129,7 +149,7 @@ LANES_INLINE void aim_compare(const flow_hole *hole, const flow_place *b, lanes_
     shot->error[1 + i] = ratio * lanes_dot(across[i], toward);
   }
   shot->error[0] = b->w - w;
-  for (int j = 0; j < 3; j++) {
+  for (int j = turns ? 0 : 2; j < 3; j++) {
     const lanes turn = j < 2 ? ray->drag.by[j < 2 ? j : 0] : drag_rate;
     lanes change[3], moved[3];
     for (int k = 0; k < 3; k++) change[k] = j < 2 ? ray->n[k].by[j < 2 ? j : 0] : ray->m[k].value;
@@ -141,7 +161,7 @@ LANES_INLINE void aim_compare(const flow_hole *hole, const flow_place *b, lanes_
   aim_measure(b, sky, shot);
 }
 
-/* The trial, with its derivatives by `turns` launch angles. A ray that lands sets its Mino time. */
+/* The trial, with its derivatives by `turns` launch angles, up to its end. A ray that lands sets its Mino time. */
 LANES_INLINE aim_shot aim_shoot(aim_task *t, int turns)
 {
   const flow_hole hole = flow_hole_of(t->spin);
@@ -158,7 +178,7 @@ LANES_INLINE aim_shot aim_shoot(aim_task *t, int turns)
   for (int i = 0; i < FLOW_STEPS_MAX && lanes_any(open); i++) {
     flow_series series;
     shot.beyond |= open & (shot.ray.w.value < 0);
-    lanes h = flow_expand(&hole, &shot.ray, turns, t->truncation, &series);
+    lanes h = flow_expand(&hole, &shot.ray, turns, t->truncation, t->turn_truncation, &series);
     const lanes before = t->lands * (series.w[0] - t->b.w), after = t->lands * (series_at(series.w, FLOW_ORDER, h) - t->b.w);
     const lanes_mask over = lands & (before < 0) & (after >= 0);
     if (lanes_any(over & open)) h = lanes_select(over, flow_crossing(&series, t->b.w, h), h);
@@ -174,7 +194,6 @@ LANES_INLINE aim_shot aim_shoot(aim_task *t, int turns)
   }
   shot.whole &= left == 0;
   shot.beyond |= (lanes_mask)t->sky & (shot.ray.v.value >= 0);
-  if (turns) aim_compare(&hole, &t->b, (lanes_mask)t->sky, &shot);
   t->trial.time = lanes_select(lands & shot.whole, shot.time, t->trial.time);
   return shot;
 }
@@ -274,48 +293,107 @@ LANES_INLINE lanes aim_floor(const aim_task *t, const aim_shot *shot)
 
 /* What has become of a trial. */
 typedef struct aim_result {
-  lanes_mask found, lost; /* the search is over; t->base is what aims the ray that was found, by the last shot */
+  lanes_mask found, lost; /* the search is over */
   lanes error;            /* estimated miss */
+  aim_setting aimed;      /* at the ray that was found, by the last shot */
 } aim_result;
+
+/* The truncation error that the last trial must keep below. */
+LANES_INLINE lanes aim_finest(const aim_task *t, const aim_shot *shot, double tolerance)
+{
+  const lanes share = AIM_TRUNCATION * tolerance * t->calm * shot->narrow;
+  return lanes_max(lanes_min(share, lanes_all(1e-6)), lanes_all(1e-16));
+}
+
+/* See AIM_CLOSE. */
+LANES_INLINE lanes aim_close(double tolerance)
+{
+  return lanes_all(fmin(AIM_CLOSE * tolerance, AIM_CLOSE_ROOT * sqrt(tolerance)));
+}
+
+/* Sets the step that follows an accepted trial, whose Newton step is `step` where that is known. */
+LANES_INLINE void aim_accept(aim_task *t, const aim_shot *shot, lanes_mask accept, lanes_mask known, const lanes step[3],
+                             lanes length)
+{
+  aim_select(accept, &t->trial, &t->base);
+  for (int i = 0; i < 3; i++) {
+    for (int j = 0; j < 3; j++) t->jacobian[i][j] = lanes_select(accept, shot->jacobian[i][j], t->jacobian[i][j]);
+    t->step[i] = lanes_select(accept, lanes_select(known, step[i], lanes_all(0)), t->step[i]);
+  }
+  t->length = lanes_select(accept, length, t->length);
+  const lanes grown = lanes_min(lanes_select((lanes_mask)t->fresh, lanes_all(1), 4 * t->damping), aim_longest(t->step));
+  t->damping = lanes_select(accept, grown, 0.3 * t->damping);
+  t->fresh = (lanes)((lanes_mask)t->fresh & ~accept);
+}
 
 /* One trial of the lanes in `busy`, and the choice of the next. A ray on the axis that comes to the axis may be turned about
  * it: it has no step in that direction, and needs none. */
 LANES_INLINE aim_result aim_try(aim_task *t, double tolerance, lanes_mask busy, aim_shot *shot)
 {
   *shot = aim_shoot(t, FLOW_TURNS);
-  lanes inverse[3][3], step[3], moved[3];
+  const flow_hole hole = flow_hole_of(t->spin);
+  aim_compare(&hole, &t->b, (lanes_mask)t->sky, FLOW_TURNS, shot);
+  lanes inverse[3][3], at_base[3][3], step[3], moved[3];
   aim_invert(shot->jacobian, t->trial.time, inverse);
-  const lanes length = aim_step(inverse, shot->error, step);
-  const lanes shorter = aim_step(t->inverse, shot->error, moved);
+  aim_invert(t->jacobian, t->base.time, at_base);
+  const lanes length = aim_step(inverse, shot->error, step), shorter = aim_step(at_base, shot->error, moved);
   const lanes_mask fresh = (lanes_mask)t->fresh, exchanged = (lanes_mask)t->exchanged;
-  const lanes calm = t->calm * shot->narrow, share = lanes_min(AIM_TRUNCATION * tolerance * calm, lanes_all(1e-6));
-  const lanes finest = lanes_max(share, lanes_all(1e-16));
-  const lanes floor = aim_floor(t, shot);
-  const lanes_mask better = fresh | (shorter <= (1 - 0.25 * t->damping) * t->length) | (shot->missed <= AIM_NEAR);
-  const lanes_mask known = lanes_is_finite(length), hit = (shot->missed <= 0.1 * tolerance) | (shot->missed <= floor);
+  const lanes floor = aim_floor(t, shot), finest = aim_finest(t, shot, tolerance), missed = shot->missed;
+  const lanes close = aim_close(tolerance);
+  const lanes_mask better = fresh | (shorter <= (1 - 0.25 * t->damping) * t->length) | (missed <= AIM_NEAR);
+  const lanes_mask known = lanes_is_finite(length), hit = (missed <= 0.1 * tolerance) | (missed <= floor);
   const lanes_mask accept = busy & shot->whole & better & (known | hit);
-  aim_result result = {.error = floor + shot->missed};
-  result.found = accept & hit & (t->truncation <= 1.1 * finest) & ~exchanged & ~shot->beyond;
-  const lanes_mask turns = accept & exchanged & (shot->missed < AIM_NEAR);
+  aim_result result = {.error = floor + missed, .aimed = t->trial};
+  result.found = accept & hit & (t->truncation <= 1.1 * finest) & (t->turn_truncation <= close) & ~exchanged &
+                 ~shot->beyond;
+  const lanes_mask turns = accept & exchanged & (missed < AIM_NEAR);
 
-  aim_select(accept, &t->trial, &t->base);
-  for (int i = 0; i < 3; i++) {
-    for (int j = 0; j < 3; j++) t->inverse[i][j] = lanes_select(accept, inverse[i][j], t->inverse[i][j]);
-    t->step[i] = lanes_select(accept, lanes_select(known, step[i], lanes_all(0)), t->step[i]);
-  }
-  t->length = lanes_select(accept, length, t->length);
-  const lanes grown = lanes_min(lanes_select(fresh, lanes_all(1), 4 * t->damping), aim_longest(t->step));
-  t->damping = lanes_select(accept, grown, 0.3 * t->damping);
-  t->fresh = (lanes)(fresh & ~accept);
+  aim_accept(t, shot, accept, known, step, length);
   for (int i = 0; i < 3; i++) moved[i] = t->damping * t->step[i];
   t->trial = aim_moved(&t->base, moved);
-  const lanes wanted = lanes_max(1e-2 * shot->missed * shot->missed * calm, finest);
-  t->truncation = lanes_select(accept & (shot->missed < 0.1) & ~exchanged, lanes_min(wanted, t->truncation), t->truncation);
+  const lanes_mask near = (missed <= close) & (t->turn_truncation <= close);
+  const lanes_mask checks = accept & known & near & ~exchanged & (t->damping == 1);
+  t->checks = (lanes)checks;
+  const lanes wanted = lanes_max(1e-1 * missed * missed * t->calm * shot->narrow, finest);
+  const lanes finer = lanes_min(lanes_select(checks, finest, wanted), t->truncation);
+  t->truncation = lanes_select(accept & (missed < 0.1) & ~exchanged, finer, t->truncation);
+  const lanes_mask last = accept & (missed * missed <= close);
+  t->turn_truncation = lanes_select(last, lanes_min(t->turn_truncation, close), t->turn_truncation);
 
   t->trials += 1;
   if (lanes_any(turns)) aim_turn_round(t, shot, turns);
   result.lost = busy & ~turns & ~result.found &
                 ((fresh & ~accept) | (t->damping < AIM_DAMPING_MIN) | (t->trials >= AIM_TRIALS_MAX));
+  return result;
+}
+
+/* The last trial, of lanes in `busy` that have come so near that the derivatives at the base will do for its spread: it has
+ * none. If it misses nevertheless, the same derivatives aim once more, or a trial with its own starts again from here. */
+LANES_INLINE aim_result aim_check(aim_task *t, double tolerance, lanes_mask busy, aim_shot *shot)
+{
+  *shot = aim_shoot(t, 0);
+  const flow_hole hole = flow_hole_of(t->spin);
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++) shot->jacobian[i][j] = t->jacobian[i][j];
+  aim_compare(&hole, &t->b, (lanes_mask)t->sky, 0, shot);
+  const lanes floor = aim_floor(t, shot), finest = aim_finest(t, shot, tolerance);
+  const lanes_mask hit = (shot->missed <= 0.1 * tolerance) | (shot->missed <= floor);
+  aim_result result = {.error = floor + shot->missed, .aimed = t->trial};
+  result.found = busy & shot->whole & hit & (t->truncation <= 1.1 * finest) & ~shot->beyond;
+
+  lanes inverse[3][3], more[3];
+  aim_invert(t->jacobian, t->base.time, inverse);
+  const lanes length = aim_step(inverse, shot->error, more);
+  const lanes_mask again = shot->whole & (length <= 0.1 * t->length);
+  for (int i = 0; i < 3; i++) t->step[i] += lanes_select(again, more[i], lanes_all(0));
+  const aim_setting next = aim_moved(&t->base, t->step);
+  aim_select(again, &next, &t->trial);
+  t->length = lanes_select(again, length, t->length);
+  t->truncation = lanes_min(t->truncation, finest);
+  t->checks = (lanes)((lanes_mask)t->checks & again);
+  t->fresh = (lanes)((lanes_mask)t->fresh | (busy & ~again));
+  t->trials += 1;
+  result.lost = busy & ~result.found & (t->trials >= AIM_TRIALS_MAX);
   return result;
 }
 #endif

@@ -9,9 +9,7 @@
 #define BENT_SPACETIME_CONNECT_FLOW_H
 #include "spacetime/arc.h"
 
-enum { FLOW_ORDER = 14, FLOW_STEPS_MAX = 100, FLOW_TURNS = 2 };
-/* The derivatives need not be as precise as the motion: part of their truncation that counts. */
-#define FLOW_TURN_SHARE 0.01
+enum { FLOW_ORDER = 12, FLOW_TURN_ORDER = 9, FLOW_STEPS_MAX = 100, FLOW_TURNS = 2 };
 /* Rays this close to the horizon, in 1 - r_plus / r, have fallen in. */
 #define FLOW_FALLEN 1e-13
 
@@ -115,7 +113,7 @@ LANES_INLINE void flow_launch(const flow_hole *hole, const flow_place *at, const
 /* Series of one arc. */
 typedef struct flow_series {
   lanes w[FLOW_ORDER + 1], n[3][FLOW_ORDER + 1], drag[FLOW_ORDER + 1];
-  lanes dw[2][FLOW_ORDER + 1], dn[2][3][FLOW_ORDER + 1], ddrag[2][FLOW_ORDER + 1];
+  lanes dw[2][FLOW_TURN_ORDER + 1], dn[2][3][FLOW_TURN_ORDER + 1], ddrag[2][FLOW_TURN_ORDER + 1];
 } flow_series;
 
 /* Products of the series that the derivatives use again. */
@@ -163,17 +161,17 @@ LANES_INLINE void flow_expand_turn(const flow_hole *hole, const flow_ray *ray, i
   const lanes d1 = dsE2 - dC, d2 = 3 * (2 * (L - a * E) * (dL - a * dE) + dQ), d3 = -2 * a2 * dQ;
   const lanes inverse = 1 / ((1 - hole->outer * ray->w.value) * (1 - hole->inner * ray->w.value));
   const lanes *w = s->w, *z = s->n[2];
-  lanes *dw = s->dw[j], *dz = s->dn[j][2], ddelta[FLOW_ORDER], drate[FLOW_ORDER], dturn[FLOW_ORDER];
+  lanes *dw = s->dw[j], *dz = s->dn[j][2], ddelta[FLOW_TURN_ORDER], drate[FLOW_TURN_ORDER], dturn[FLOW_TURN_ORDER];
   dw[0] = ray->w.by[j], dw[1] = ray->v.by[j], s->ddrag[j][0] = ray->drag.by[j];
   for (int i = 0; i < 3; i++) s->dn[j][i][0] = ray->n[i].by[j], s->dn[j][i][1] = ray->m[i].by[j];
 #pragma GCC unroll 32
-  for (int k = 0; k < FLOW_ORDER; k++) {
+  for (int k = 0; k < FLOW_TURN_ORDER; k++) {
     const lanes wdw = series_product(w, dw, k);
     ddelta[k] = 2 * (a2 * wdw - dw[k]);
     drate[k] = (2 * a * (dE * w[k] + E * dw[k]) - a2 * (dL * p->w2[k] + 2 * L * wdw) - series_product(ddelta, p->rate, k) -
                 series_product_tail(p->delta, drate, k)) * inverse;
     s->ddrag[j][k + 1] = drate[k] * (1.0 / (k + 1));
-    if (k + 2 > FLOW_ORDER) break;
+    if (k + 2 > FLOW_TURN_ORDER) break;
     const double q = 1.0 / ((k + 1) * (k + 2));
     dw[k + 2] = (d1 * w[k] + d2 * p->w2[k] + d3 * p->w3[k] + series_product(p->bend, dw, k)) * q;
     dturn[k] = 2 * dsE2 * p->z2[k] + 4 * sE2 * series_product(z, dz, k);
@@ -184,9 +182,11 @@ LANES_INLINE void flow_expand_turn(const flow_hole *hole, const flow_ray *ray, i
   }
 }
 
-/* The series about the ray's state, with its derivatives by the first `turns` angles; returns the step that keeps their truncation below `tolerance`, of angles and of
- * relative deviations. */
-LANES_INLINE lanes flow_expand(const flow_hole *hole, const flow_ray *ray, int turns, lanes tolerance, flow_series *s)
+/* The series about the ray's state, with its derivatives by the first `turns` angles. Returns the step that keeps their
+ * truncation below `tolerance`, of angles and of relative deviations, and that of the derivatives, relative, below
+ * `turn_tolerance`. */
+LANES_INLINE lanes flow_expand(const flow_hole *hole, const flow_ray *ray, int turns, lanes tolerance, lanes turn_tolerance,
+                               flow_series *s)
 {
   flow_products products;
   flow_expand_motion(hole, ray, s, &products);
@@ -195,21 +195,23 @@ LANES_INLINE lanes flow_expand(const flow_hole *hole, const flow_ray *ray, int t
   for (int j = 0; j < turns; j++) {
     lanes largest = lanes_abs(ray->drag.by[j]) + ray->weight * lanes_abs(ray->w.by[j]);
     for (int i = 0; i < 3; i++) largest = lanes_max(largest, lanes_abs(ray->n[i].by[j]));
-    share[j] = FLOW_TURN_SHARE / (1 + largest);
+    share[j] = 1 / (1 + largest);
   }
-  lanes size[4];
+  lanes size[4], turn_size[4];
   for (int i = 0; i < 4; i++) {
-    const int k = FLOW_ORDER - i;
+    const int k = FLOW_ORDER - i, l = FLOW_TURN_ORDER - i;
     size[i] = lanes_abs(s->n[0][k]) + lanes_abs(s->n[1][k]) + lanes_abs(s->n[2][k]) + ray->weight * lanes_abs(s->w[k]) +
               lanes_abs(s->drag[k]);
+    turn_size[i] = lanes_all(0);
     for (int j = 0; j < turns; j++)
-      size[i] += share[j] * (lanes_abs(s->dn[j][0][k]) + lanes_abs(s->dn[j][1][k]) + lanes_abs(s->dn[j][2][k]) +
-                             ray->weight * lanes_abs(s->dw[j][k]) + lanes_abs(s->ddrag[j][k]));
+      turn_size[i] += share[j] * (lanes_abs(s->dn[j][0][l]) + lanes_abs(s->dn[j][1][l]) + lanes_abs(s->dn[j][2][l]) +
+                                  ray->weight * lanes_abs(s->dw[j][l]) + lanes_abs(s->ddrag[j][l]));
   }
   const lanes speed = lanes_sqrt(s->n[0][1] * s->n[0][1] + s->n[1][1] * s->n[1][1] + s->n[2][1] * s->n[2][1]);
   const lanes turn = ARC_TURN_MAX / (speed + lanes_abs(hole->spin * ray->energy.value) + 1e-200);
   const lanes twice = (ray->w.value + 1 / hole->outer) / (lanes_abs(ray->v.value) + 1e-200); /* no step passes infinity twice */
-  return lanes_min(arc_step_length(size, FLOW_ORDER, tolerance), lanes_min(turn, twice));
+  const lanes longest = turns ? arc_step_length(turn_size, FLOW_TURN_ORDER, turn_tolerance) : turn;
+  return lanes_min(lanes_min(arc_step_length(size, FLOW_ORDER, tolerance), longest), lanes_min(turn, twice));
 }
 
 /* The offset in [0, step] at which w reaches `level`, where it does: safeguarded Newton steps. */
@@ -246,9 +248,9 @@ LANES_INLINE void flow_advance(const flow_hole *hole, const flow_series *s, int 
   ray->swept += h * (0.5 * (speed[0] + speed[1]) + h * sE2 * (bend[0] - bend[1]) * (1.0 / 12));
   ray->drag.value = series_at(s->drag, FLOW_ORDER, h);
   for (int j = 0; j < turns; j++) {
-    series_with_slope(s->dw[j], FLOW_ORDER, h, &ray->w.by[j], &ray->v.by[j]);
-    for (int i = 0; i < 3; i++) series_with_slope(s->dn[j][i], FLOW_ORDER, h, &ray->n[i].by[j], &ray->m[i].by[j]);
-    ray->drag.by[j] = series_at(s->ddrag[j], FLOW_ORDER, h);
+    series_with_slope(s->dw[j], FLOW_TURN_ORDER, h, &ray->w.by[j], &ray->v.by[j]);
+    for (int i = 0; i < 3; i++) series_with_slope(s->dn[j][i], FLOW_TURN_ORDER, h, &ray->n[i].by[j], &ray->m[i].by[j]);
+    ray->drag.by[j] = series_at(s->ddrag[j], FLOW_TURN_ORDER, h);
   }
 }
 #endif

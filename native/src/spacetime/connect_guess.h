@@ -24,10 +24,11 @@ typedef struct guess_rule {
   double dragging; /* to begin with, over that of a straight fall */
 } guess_rule;
 
-enum { GUESS_ATTEMPTS = 8, GUESS_ATTEMPTS_FAINT = 3 };
+enum { GUESS_ATTEMPTS = 12, GUESS_ATTEMPTS_FAINT = 3 };
 static const guess_rule GUESS_RULES[GUESS_ATTEMPTS] = {
     {1, LANDS_SURELY, 1},  {1, LANDS_STEEP, 1},   {1, LANDS_NOWHERE, 1}, {0, LANDS_NOWHERE, 1},
-    {1, LANDS_STEEP, 0.3}, {1, LANDS_STEEP, 0.6}, {1, LANDS_STEEP, 0.8}, {1, LANDS_STEEP, 0.1}};
+    {1, LANDS_STEEP, 0.3}, {1, LANDS_STEEP, 0.6}, {1, LANDS_STEEP, 0.8}, {1, LANDS_STEEP, 0.1},
+    {1, LANDS_STEEP, 1.3}, {0, LANDS_NOWHERE, 0.6}, {1, LANDS_NOWHERE, 0.6}, {0, LANDS_NOWHERE, 0.3}};
 /* Precision of the orbit without spin. */
 #define GUESS_TOLERANCE 1e-4
 /* Dragging and swept angle agree, radians, at right angles; in line with the center they must much better. */
@@ -191,6 +192,7 @@ LANES_INLINE void guess_make(const guess_state *g, const flow_hole *hole, int or
   t->swept = swept, t->calm = lanes_exp(lanes_min(M_PI - swept, lanes_all(0)));
   t->lands = guess_landing(t, depth_b, root.arrival_rate / root.size, landings);
   t->fresh = (lanes)lanes_mask_all(1), t->truncation = AIM_TRUNCATION_FIRST * t->calm;
+  t->turn_truncation = lanes_all(AIM_TURN_TRUNCATION);
   const lanes beta = swept / root.size, barrier = lanes_select(swept > 0, 1 - beta * beta * (1.0 / 27), lanes_all(2));
   const lanes curl = guess_match(hole, &t->a, barrier, g->closer, &t->trial);
   const lanes_mask winds = (swept > 1) & (lanes_abs(barrier) < 1);

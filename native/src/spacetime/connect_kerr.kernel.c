@@ -1,5 +1,6 @@
-/* Connections around a spinning hole: for every image of a block of pairs a first guess, then the aim; a lane that is done
- * takes the next pair. Pairs that fail are tried again by other rules. */
+/* Connections around a spinning hole: for every image of a block of pairs a first guess, then the aim. Pairs that fail are
+ * guessed again by other rules. Searches that need the same work, of about the same length, do it side by side in the
+ * lanes. */
 #include <string.h>
 
 #include "spacetime/connect.h"
@@ -25,7 +26,46 @@ typedef struct block {
   arc_space space; /* of the hole of mass 1 */
   const double (*a)[3], (*b)[3];
   found_image images[BENT_CONNECT_IMAGES_MAX][CONNECT_BLOCK]; /* by order and pair; lengths over M */
+  aim_record searches[CONNECT_BLOCK];                         /* by pair */
+  int attempt[CONNECT_BLOCK];
 } block;
+
+/* What a search may wait for: a guess by each rule, a trial, a check. */
+enum { WORK_GUESS = 0, WORK_TRIAL = GUESS_ATTEMPTS, WORK_CHECK, WORK_KINDS };
+
+/* Searches that wait for the same work; those whose last ray took most steps come last. */
+typedef struct queue {
+  size_t count;
+  uint32_t pair[CONNECT_BLOCK];
+  double steps[CONNECT_BLOCK];
+} queue;
+
+static void enter(queue *q, uint32_t pair, double steps)
+{
+  size_t at = q->count++;
+  for (; at > 0 && q->steps[at - 1] > steps; at--) q->pair[at] = q->pair[at - 1], q->steps[at] = q->steps[at - 1];
+  q->pair[at] = pair, q->steps[at] = steps;
+}
+
+/* Takes up to LANES of the last; returns how many. */
+static size_t leave(queue *q, uint32_t pairs[LANES])
+{
+  const size_t n = q->count < LANES ? q->count : LANES;
+  q->count -= n;
+  for (size_t i = 0; i < n; i++) pairs[i] = q->pair[q->count + i];
+  return n;
+}
+
+/* The work to do next: what fills the lanes; otherwise such as may lead to more for the others. -1: none is left. */
+static int next_work(const queue queues[WORK_KINDS])
+{
+  for (int kind = WORK_KINDS - 1; kind >= 0; kind--)
+    if (queues[kind].count >= LANES) return kind;
+  if (queues[WORK_TRIAL].count) return WORK_TRIAL;
+  for (int kind = 0; kind < WORK_KINDS; kind++)
+    if (queues[kind].count) return kind;
+  return -1;
+}
 
 LANES_INLINE flow_place place_of(const block *block, const double (*points)[3], const uint32_t *index, size_t first,
                                  size_t n, int sky)
@@ -63,8 +103,8 @@ LANES_INLINE void scene_direction(const flow_hole *hole, const flow_place *at, c
   for (int k = 0; k < 3; k++) out[k] /= length;
 }
 
-/* What the aimed rays of lanes `done` are; lane i is pair target[i]. */
-static void report(block *block, const aim_task *t, const aim_shot *shot, const aim_result *result, const size_t *target,
+/* What the aimed rays of lanes that are done are; lane i is pair pairs[i]. */
+static void report(block *block, const aim_task *t, const aim_shot *shot, const aim_result *result, const uint32_t *pairs,
                    int order)
 {
   const flow_hole hole = flow_hole_of(t->spin);
@@ -72,7 +112,7 @@ static void report(block *block, const aim_task *t, const aim_shot *shot, const 
   const int sky = block->request->sky;
   const lanes E = ray->energy.value, width = sky ? lanes_all(1) : t->b.w * t->b.w;
   lanes launch[3], components[3], arrival[3], local = E;
-  scene_direction(&hole, &t->a, t->base.d, launch);
+  scene_direction(&hole, &t->a, result->aimed.d, launch);
   for (int k = 0; k < 3; k++) arrival[k] = t->b.n[k];
   if (!sky) {
     local = aim_arrival(&hole, &t->b, ray, components);
@@ -95,7 +135,7 @@ static void report(block *block, const aim_task *t, const aim_shot *shot, const 
     if (!done[i]) continue;
     const int good = result->error[i] <= block->request->tolerance;
     const bent_connection_status met = good ? ring[i] ? BENT_CONNECTION_RING : BENT_CONNECTION_MET : BENT_CONNECTION_COARSE;
-    found_image *image = &block->images[order][target[i]];
+    found_image *image = &block->images[order][pairs[i]];
     *image = (found_image){.status = sound[i] ? met : BENT_CONNECTION_FAILED, .spread = spread[i],
                            .frequency_ratio = 1 / local[i], .swept = sound[i] ? ray->swept[i] : t->swept[i],
                            .error = result->error[i]};
@@ -103,41 +143,21 @@ static void report(block *block, const aim_task *t, const aim_shot *shot, const 
   }
 }
 
-/* Guesses for LANES pairs, index[first ..]. */
-static void begin(const block *block, const uint32_t *index, size_t first, size_t n, int order, int attempt, aim_task *t)
+/* Guesses for n <= LANES pairs, by their next rule. */
+static void guess(block *block, const uint32_t *pairs, size_t n, int order, int attempt, queue queues[WORK_KINDS])
 {
-  memset(t, 0, sizeof *t);
-  t->a = place_of(block, block->a, index, first, n, 0);
-  t->b = place_of(block, block->b, index, first, n, block->request->sky);
-  t->sky = (lanes)lanes_mask_all(block->request->sky);
-  t->spin = lanes_all(block->space.spin);
-  guess_first(order, &GUESS_RULES[attempt], t);
-}
-
-/* Image `order` of the pairs index[0 .. n-1]. */
-static void aim_images(block *block, const uint32_t *index, size_t n, int order, int attempt)
-{
-  aim_task task, ready;
-  aim_shot shot;
-  size_t target[LANES] = {0}, loaded = 0;
-  int ready_at = 0, ready_count = 0;
-  unsigned busy = 0;
-  do {
-    for (int lane = 0; lane < LANES && loaded < n; lane++) {
-      if (busy >> lane & 1) continue;
-      if (ready_at == ready_count) {
-        begin(block, index, loaded, n, order, attempt, &ready);
-        if (!loaded) task = ready; /* idle lanes hold valid numbers */
-        ready_at = 0, ready_count = n - loaded < LANES ? (int)(n - loaded) : LANES;
-      }
-      aim_copy_lane(&task, lane, &ready, ready_at++);
-      target[lane] = index[loaded++], busy |= 1u << lane;
-    }
-    const aim_result result = aim_try(&task, block->request->tolerance, lanes_mask_from_bits(busy), &shot);
-    const unsigned done = lanes_bits(result.found | result.lost);
-    if (done) report(block, &task, &shot, &result, target, order);
-    busy &= ~done;
-  } while (busy || loaded < n);
+  aim_task t;
+  memset(&t, 0, sizeof t);
+  t.a = place_of(block, block->a, pairs, 0, n, 0);
+  t.b = place_of(block, block->b, pairs, 0, n, block->request->sky);
+  t.sky = (lanes)lanes_mask_all(block->request->sky);
+  t.spin = lanes_all(block->space.spin);
+  guess_first(order, &GUESS_RULES[attempt], &t);
+  for (size_t i = 0; i < n; i++) {
+    aim_save(&t, (int)i, &block->searches[pairs[i]]);
+    block->attempt[pairs[i]] = attempt + 1;
+    enter(&queues[WORK_TRIAL], pairs[i], t.swept[i]);
+  }
 }
 
 /* Whether an image is one of the pair's earlier ones once more. */
@@ -154,21 +174,49 @@ static int is_known(const block *block, size_t pair, int order)
   return 0;
 }
 
+/* A search has ended: by the next rule, if there is one, an image that was not found is looked for again. */
+static void conclude(block *block, uint32_t pair, int order, queue queues[WORK_KINDS])
+{
+  found_image *image = &block->images[order][pair];
+  if (is_known(block, pair, order)) image->status = BENT_CONNECTION_FAILED;
+  const int attempts = order < 2 ? GUESS_ATTEMPTS : GUESS_ATTEMPTS_FAINT;
+  if (image->status == BENT_CONNECTION_FAILED && block->attempt[pair] < attempts)
+    enter(&queues[WORK_GUESS + block->attempt[pair]], pair, 0);
+}
+
+/* A trial or check of n <= LANES pairs. */
+static void aim(block *block, const uint32_t *pairs, size_t n, int order, int checks, queue queues[WORK_KINDS])
+{
+  aim_task t;
+  aim_shot shot;
+  for (size_t i = 0; i < LANES; i++) /* idle lanes hold valid numbers */
+    aim_load(&t, (int)i, &block->searches[pairs[i < n ? i : 0]]);
+  const lanes_mask busy = lanes_mask_from_bits((1u << n) - 1);
+  const double tolerance = block->request->tolerance;
+  const aim_result result = checks ? aim_check(&t, tolerance, busy, &shot) : aim_try(&t, tolerance, busy, &shot);
+  const lanes_mask done = result.found | result.lost;
+  if (lanes_any(done)) report(block, &t, &shot, &result, pairs, order);
+  for (size_t i = 0; i < n; i++) {
+    if (done[i]) {
+      conclude(block, pairs[i], order, queues);
+      continue;
+    }
+    aim_save(&t, (int)i, &block->searches[pairs[i]]);
+    enter(&queues[((lanes_mask)t.checks)[i] ? WORK_CHECK : WORK_TRIAL], pairs[i], shot.steps[i]);
+  }
+}
+
 /* Image `order` of the pairs wanted[0 .. n-1], by as many attempts as it takes. */
 static void find_images(block *block, const uint32_t *wanted, size_t n, int order)
 {
-  uint32_t open[CONNECT_BLOCK];
-  memcpy(open, wanted, n * sizeof *open);
-  const int attempts = order < 2 ? GUESS_ATTEMPTS : GUESS_ATTEMPTS_FAINT;
-  for (int attempt = 0; attempt < attempts && n; attempt++) {
-    aim_images(block, open, n, order, attempt);
-    size_t failed = 0;
-    for (size_t k = 0; k < n; k++) {
-      found_image *image = &block->images[order][open[k]];
-      if (is_known(block, open[k], order)) image->status = BENT_CONNECTION_FAILED;
-      if (image->status == BENT_CONNECTION_FAILED) open[failed++] = open[k];
-    }
-    n = failed;
+  queue queues[WORK_KINDS];
+  for (int kind = 0; kind < WORK_KINDS; kind++) queues[kind].count = 0;
+  for (size_t k = 0; k < n; k++) enter(&queues[WORK_GUESS], wanted[k], 0);
+  for (int kind; (kind = next_work(queues)) >= 0;) {
+    uint32_t pairs[LANES];
+    const size_t count = leave(&queues[kind], pairs);
+    if (kind < WORK_TRIAL) guess(block, pairs, count, order, kind - WORK_GUESS, queues);
+    else aim(block, pairs, count, order, kind == WORK_CHECK, queues);
   }
 }
 
@@ -196,7 +244,11 @@ void BENT_KERNEL(bent_connect_kerr)(const bent_spacetime *spacetime, size_t n, c
 {
   const bent_spacetime unit = {.kind = BENT_KERR, .chart = BENT_CHART_OBLATE, .mass = 1,
                                .spin = spacetime->spin / spacetime->mass};
-  block block = {.request = request, .mass = spacetime->mass, .space = arc_space_make(&unit), .a = a, .b = b};
+  block block; /* too large to be cleared each time */
+  block.request = request, block.mass = spacetime->mass, block.space = arc_space_make(&unit);
+  block.a = a, block.b = b;
+  for (size_t order = 0; order < request->max_images; order++)
+    for (size_t i = 0; i < n; i++) block.images[order][i].status = BENT_CONNECTION_NONE;
   uint32_t wanted[CONNECT_BLOCK];
   double sum[CONNECT_BLOCK] = {0};
   size_t open = n;
