@@ -133,8 +133,6 @@ class MaterialTable:
             "weight": 1.0, "base color": 0.8, "metallic": 0.0, "roughness": 0.5, "diffuse roughness": 0.0, "ior": 1.5,
             "specular level": 0.5, "specular tint": 1.0, "transmission": 0.0, "alpha": 1.0, "normal": None,
             "emission color": 1.0, "emission strength": 0.0, "anisotropy": 0.0, "rotation": 0.0, "tangent": 0.0,
-            "coat weight": 0.0, "coat roughness": 0.03, "coat ior": 1.5, "coat tint": 1.0, "coat normal": None,
-            "sheen weight": 0.0, "sheen roughness": 0.5, "sheen tint": 1.0,
         }  # fmt: skip
         operands = [normal if value is None else builder.constant(value) for value in surface.values()]
         builder.emit("principled", *operands, immediates=("MULTI_GGX",))

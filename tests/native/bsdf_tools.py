@@ -24,25 +24,41 @@ PRINCIPLED = {
     "anisotropy": 0.0,
     "rotation": 0.0,
     "tangent": (1.0, 0.0, 0.0),
-    "coat_weight": 0.0,
-    "coat_roughness": 0.03,
-    "coat_ior": 1.5,
-    "coat_tint": (1.0, 1.0, 1.0),
-    "coat_normal": NORMAL,
-    "sheen_weight": 0.0,
-    "sheen_roughness": 0.5,
-    "sheen_tint": (1.0, 1.0, 1.0),
+}
+# Layers are operations of their own before the Principled BSDF, where one of their settings is given.
+LAYERS = {
+    "sheen_layer": {"sheen_weight": 0.0, "sheen_roughness": 0.5, "sheen_tint": (1.0, 1.0, 1.0)},
+    "coat_layer": {
+        "coat_weight": 0.0,
+        "coat_roughness": 0.03,
+        "coat_ior": 1.5,
+        "coat_tint": (1.0, 1.0, 1.0),
+        "coat_normal": NORMAL,
+    },
+    "subsurface_layer": {
+        "subsurface_weight": 0.0,
+        "subsurface_radius": (1.0, 0.2, 0.1),
+        "subsurface_scale": 0.05,
+        "subsurface_ior": 1.4,
+        "subsurface_anisotropy": 0.0,
+    },
 }
 
 
 def material(*closures, scene=SCENE):
-    """Adds a material: closures are (operation, operands after the weight, immediates, weight). Immediates are a tuple,
-    the only one, or None."""
+    """Adds a material: closures are (operation, operands after the weight, immediates, weight), and perhaps layers of
+    (operation, operands, immediates) before it. Immediates are a tuple, the only one, or None."""
     builder = ProgramBuilder()
     normal = builder.emit("coordinate", immediates=("SHADING_NORMAL",))[0]
-    for operation, operands, distribution, weight in closures:
-        numbers = [normal if value is NORMAL else builder.constant(value) for value in (weight, *operands)]
-        builder.emit(operation, *numbers, immediates=immediates_of(distribution))
+
+    def emit(operation, operands, immediates):
+        numbers = [normal if value is NORMAL else builder.constant(value) for value in operands]
+        builder.emit(operation, *numbers, immediates=immediates_of(immediates))
+
+    for operation, operands, immediates, weight, *layers in closures:
+        for layer in layers:
+            emit(*layer)
+        emit(operation, (weight, *operands), immediates)
     return scene.add_material(builder.build())
 
 
@@ -85,8 +101,21 @@ def transparent(color=1.0, weight=1.0):
     return ("transparent", (color,), None, weight)
 
 
-def principled(distribution="MULTI_GGX", weight=1.0, **settings):
-    return ("principled", tuple((PRINCIPLED | settings).values()), distribution, weight)
+def subsurface(
+    color=1.0, radius=1.0, ior=1.4, alpha=1.0, anisotropy=0.0, method="RANDOM_WALK", normal=NORMAL, weight=1.0
+):
+    return ("subsurface", (color, radius, 1.0, ior, alpha, anisotropy, normal), method, weight)
+
+
+def principled(distribution="MULTI_GGX", weight=1.0, method="RANDOM_WALK", **settings):
+    layers = []
+    for operation, defaults in LAYERS.items():
+        given = {name: settings.pop(name) for name in defaults if name in settings}
+        if given:
+            immediates = method if operation == "subsurface_layer" else None
+            layers.append((operation, tuple((defaults | given).values()), immediates))
+    assert set(settings) <= set(PRINCIPLED), settings
+    return ("principled", tuple((PRINCIPLED | settings).values()), distribution, weight, *layers)
 
 
 def direction(cos_theta, phi=0.0):

@@ -18,6 +18,7 @@ from bsdf_tools import (
     principled,
     refraction,
     sheen,
+    subsurface,
     translucent,
     transparent,
 )
@@ -352,33 +353,38 @@ def test_colors_out_of_range_stay_harmless(bad):
         metallic(physical=True),
         sheen(),
         sheen(distribution="ASHIKHMIN"),
-        principled(anisotropy=0.5, coat_weight=0.5, sheen_weight=0.5, emission_strength=1.0),
+        subsurface(),
+        subsurface(method="RANDOM_WALK_SKIN"),
+        principled(anisotropy=0.5, coat_weight=0.5, sheen_weight=0.5, subsurface_weight=0.5, emission_strength=1.0),
     ],
     ids=lambda closure: closure[0],
 )
 def test_any_operand_out_of_range_is_harmless(closure, bad):
     """What arithmetic in a program may give for one operand after the other: finite light, nothing below zero."""
-    operation, operands, immediates, _ = closure
+    operation, operands, immediates, weight, *layers = closure
+    instructions = [*layers, (operation, (weight, *operands), immediates)]
     rng = np.random.default_rng(14)
-    for k in range(len(operands)):
+    for place in [(i, k) for i, instruction in enumerate(instructions) for k in range(len(instruction[1]))]:
         builder = ProgramBuilder()
         huge = builder.constant(1e300)
         (infinite,) = builder.emit("multiply", huge, huge)
         (undefined,) = builder.emit("multiply", infinite, builder.constant(0.0))
         wrong = {"infinite": infinite, "undefined": undefined, "negative": builder.constant(-2.0), "huge": huge}[bad]
         (normal,) = builder.emit("coordinate", immediates=("SHADING_NORMAL",))
-        numbers = [normal if value is NORMAL else builder.constant(value) for value in (1.0, *operands)]
-        numbers[k + 1] = wrong
-        builder.emit(operation, *numbers, immediates=immediates_of(immediates))
+        for i, (name, values, choices) in enumerate(instructions):
+            numbers = [normal if value is NORMAL else builder.constant(value) for value in values]
+            if i == place[0]:
+                numbers[place[1]] = wrong
+            builder.emit(name, *numbers, immediates=immediates_of(choices))
         index = SCENE.add_material(builder.build())
         for wo in (direction(0.5), direction(1e-6), (0, 0, 1)):
             drawn = SCENE.draw_bsdf(index, rng.random((200, 3)), wo=wo)
             value, pdf = SCENE.evaluate_bsdf(index, direction(rng.random(50), 1.0), wo=wo)
             shaded = SCENE.shade(index, wo=wo)
             for found in (drawn.weight, drawn.wi, drawn.pdf, value, pdf, shaded["albedo"]):
-                assert np.isfinite(found).all(), k
-            assert (drawn.weight >= 0).all() and (value >= 0).all() and (pdf >= 0).all(), k
-            assert (shaded["emission"] >= 0).all(), k
+                assert np.isfinite(found).all(), place
+            assert (drawn.weight >= 0).all() and (value >= 0).all() and (pdf >= 0).all(), place
+            assert (shaded["emission"] >= 0).all(), place
 
 
 @pytest.mark.parametrize("name", ROUGH)

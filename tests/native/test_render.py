@@ -13,13 +13,15 @@ from scenes import add, diffuse, emission, glass, glossy, look_at, new_scene, pe
 
 @pytest.fixture(scope="module")
 def room():
-    """One of each: diffuse, rough and smooth lobes, see-through and one-sided surfaces, sky and a sun."""
+    """One of each: diffuse, rough and smooth lobes, flesh, see-through and one-sided surfaces, sky and a sun."""
     scene = new_scene((0.3, 0.4, 0.5))
     scene.set_suns([(0, 1, 3)], [(20, 18, 15)], 0.3)
     add(scene, meshes.box((-3, -3, -1.2), (3, 3, -1)), diffuse((0.7, 0.6, 0.5)))
     add(scene, meshes.sphere(0.5, (-0.8, 0, -0.5)), glossy((0.9, 0.8, 0.7), 0.3))
     add(scene, meshes.sphere(0.5, (0.6, 0.3, -0.5)), glass((1, 1, 1), 0.0, 1.45))
     add(scene, meshes.sphere(0.3, (0, -1, -0.7)), diffuse((0.2, 0.5, 0.8)), transparent((0.4, 0.4, 0.4)))
+    flesh = ("subsurface", (0.8, 0.4, 0.3), (1, 0.5, 0.2), 1.0, 1.4, 0.5, 0.2, (0, 0, 0), ["RANDOM_WALK"])
+    add(scene, meshes.sphere(0.3, (-0.1, 0.6, -0.6)), flesh, glossy((0.1, 0.1, 0.1), 0.4))
     light = np.eye(4) @ np.diag([1, -1, -1, 1.0])
     light[:3, 3] = 0, 0, 2
     add(scene, quad(), emission((1, 1, 1), 5.0), at=light, one_sided=True)

@@ -61,12 +61,12 @@ def test_unsupported_shader_becomes_diffuse():
     np.testing.assert_allclose(result["albedo"], [[0.4, 0.5, 0.6]], rtol=1e-5)
 
 
-def test_unsupported_parts_of_the_principled_bsdf_are_named():
+def test_christensen_burley_becomes_a_random_walk():
     def build(tree):
-        return new(tree, "BsdfPrincipled", {"Subsurface Weight": 0.5, "Thin Film Thickness": 300.0}).outputs[0]
+        return new(tree, "BsdfPrincipled", {"Subsurface Weight": 0.5}, subsurface_method="BURLEY").outputs[0]
 
     _, warnings = shade(make_material(build))
-    assert len(warnings) == 1 and "Subsurface Weight" in warnings[0] and "Thin Film Thickness" in warnings[0]
+    assert len(warnings) == 1 and "Christensen-Burley" in warnings[0] and "random walk" in warnings[0]
 
 
 def scattered(material, **point):

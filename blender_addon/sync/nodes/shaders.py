@@ -4,12 +4,6 @@ from __future__ import annotations
 
 from .compiler import NodeView, shader_node
 
-# Inputs of the Principled BSDF that are not supported, with the value at which they do nothing.
-_PRINCIPLED_MISSING = {
-    "Subsurface Weight": 0.0,
-    "Thin Film Thickness": 0.0,
-}
-
 
 def _distribution(node: NodeView) -> str:
     kind = node.node.distribution
@@ -27,17 +21,35 @@ def _missing(node: NodeView, inputs: dict[str, float]) -> None:
 
 @shader_node("ShaderNodeBsdfPrincipled")
 def _principled(node: NodeView, weight: int) -> None:
-    _missing(node, _PRINCIPLED_MISSING)
+    _missing(node, {"Thin Film Thickness": 0.0})
     names = (
         *("Base Color", "Metallic", "Roughness", "Diffuse Roughness", "IOR", "Specular IOR Level", "Specular Tint"),
         *("Transmission Weight", "Alpha", "Normal", "Emission Color", "Emission Strength"),
     )
     operands = [node.normal() if name == "Normal" else node.input(name) for name in names]
     operands += _stretch(node, "Anisotropic", "Anisotropic Rotation")
-    operands += [node.input(f"Coat {name}") for name in ("Weight", "Roughness", "IOR", "Tint")]
-    operands.append(node.constant(0.0) if node.is_default("Coat Weight", 0.0) else node.normal("Coat Normal"))
-    operands += [node.input(f"Sheen {name}") for name in ("Weight", "Roughness", "Tint")]
+    if not node.is_default("Sheen Weight", 0.0):
+        node.emit("sheen_layer", *[node.input(f"Sheen {name}") for name in ("Weight", "Roughness", "Tint")])
+    if not node.is_default("Coat Weight", 0.0):
+        coat = [node.input(f"Coat {name}") for name in ("Weight", "Roughness", "IOR", "Tint")]
+        node.emit("coat_layer", *coat, node.normal("Coat Normal"))
+    if not node.is_default("Subsurface Weight", 0.0):
+        below = [node.input(f"Subsurface {name}") for name in ("Weight", "Radius", "Scale", "IOR", "Anisotropy")]
+        node.emit("subsurface_layer", *below, immediates=(_walk(node, node.node.subsurface_method),))
     node.emit("principled", weight, *operands, immediates=(_distribution(node),))
+
+
+def _walk(node: NodeView, method: str) -> str:
+    if method == "BURLEY":
+        node.warn("Christensen-Burley is rendered as a random walk, with the same radius")
+        return "RANDOM_WALK"
+    return method
+
+
+@shader_node("ShaderNodeSubsurfaceScattering")
+def _subsurface(node: NodeView, weight: int) -> None:
+    operands = [node.input(name) for name in ("Color", "Radius", "Scale", "IOR", "Roughness", "Anisotropy")]
+    node.emit("subsurface", weight, *operands, node.normal(), immediates=(_walk(node, node.node.falloff),))
 
 
 def _stretch(node: NodeView, anisotropy: str, rotation: str) -> list[int]:

@@ -82,19 +82,22 @@ int geometry_query(const geometry *g, const query *q, found *out)
   const embree_table *e = embree();
   const line l = line_of(g, q);
   const double early = fmax(-q->near, 0);
-  const vec3 origin = v3_sub(v3_mad(l.span, -early, l.start), g->origin);
+  const vec3 start = v3_mad(l.span, -early, l.start);
+  const instance *i = q->inside;
+  const vec3 origin = i ? mat4_point(&i->mesh_from_world, start) : v3_sub(start, g->origin);
+  const vec3 span = i ? mat4_vector(&i->mesh_from_world, l.span) : l.span;
   float from = q->near > 0 ? (float)q->near : 0;
   for (int attempt = 0; attempt < ATTEMPTS; attempt++) {
     embree_ray ray = {.origin = {(float)origin.x, (float)origin.y, (float)origin.z},
                       .near = from,
-                      .direction = {(float)l.span.x, (float)l.span.y, (float)l.span.z},
+                      .direction = {(float)span.x, (float)span.y, (float)span.z},
                       .far = (float)(q->far + early),
                       .mask = q->visibility,
                       .geometry = EMBREE_INVALID,
                       .instance = EMBREE_INVALID};
-    e->intersect1(g->top, &ray, NULL);
+    e->intersect1(i ? g->meshes[i->mesh].scene : g->top, &ray, NULL);
     if (ray.geometry == EMBREE_INVALID) return 0;
-    *out = (found){.instance = (int)ray.instance, .triangle = (int)ray.triangle, .at = ray.far - early,
+    *out = (found){.instance = i ? (int)(i - g->instances) : (int)ray.instance, .triangle = (int)ray.triangle, .at = ray.far - early,
                    .b = {ray.u, ray.v}};
     if (!is_passed_over(g, q, &l, out)) return 1;
     from = nextafterf(ray.far, INFINITY);

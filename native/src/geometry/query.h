@@ -60,6 +60,7 @@ typedef struct query {
   uint32_t visibility;
   const bent_ray *leaving; /* NULL: it does not begin on a surface */
   vec3 departure;
+  const instance *inside; /* whose surface alone is met; NULL: that of all */
 } query;
 
 typedef struct found {

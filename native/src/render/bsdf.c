@@ -15,12 +15,10 @@ static frame frame_around(vec3 z)
   v3_basis(z, &f.x, &f.y);
   return f;
 }
-/* In which a lobe that looks different from different sides is described. */
+/* In which sheen and microfacets are described. */
 static frame frame_of(const closure *c)
 {
-  return c->kind != CLOSURE_SHEEN && c->alpha == c->alpha_y
-             ? frame_around(c->normal)
-             : (frame){c->tangent, v3_cross(c->normal, c->tangent), c->normal};
+  return (frame){c->tangent, v3_cross(c->normal, c->tangent), c->normal};
 }
 static vec3 into_frame(const frame *f, vec3 v) { return v3(v3_dot(f->x, v), v3_dot(f->y, v), v3_dot(f->z, v)); }
 static vec3 out_of_frame(const frame *f, vec3 v)
@@ -81,9 +79,10 @@ static lobe_value evaluate_velvet(const closure *c, vec3 wo, vec3 wi)
   return (lobe_value){v3_splat(velvet_value(c->sheen_a, out, in)), 0.5 / MICROFACET_PI};
 }
 
-/* wo and wi in the frame of the normal. Walter et al. (2007), equations 20, 21 and 41. */
-static lobe_value evaluate_microfacet(const closure *c, vec3 wo, vec3 wi)
+/* wi in the lobe's frame. Walter et al. (2007), equations 20, 21 and 41. */
+static lobe_value evaluate_microfacet(const closure *c, vec3 wi)
 {
+  const vec3 wo = c->wo;
   lobe_value out = {{0, 0, 0}, 0};
   const int through = wi.z < 0;
   if (wo.z <= 0 || wi.z == 0 || (through && c->kind == CLOSURE_REFLECTION)) return out;
@@ -98,11 +97,12 @@ static lobe_value evaluate_microfacet(const closure *c, vec3 wo, vec3 wi)
   fresnel_colors(c, cos_i, &reflected, &transmitted, &cos_t);
   const double r = v3_average(reflected), t = v3_average(transmitted);
   if (r + t <= 0) return out;
-  const double lambda = ggx_lambda(wo, c->alpha, c->alpha_y), both = 1 + lambda + ggx_lambda(wi, c->alpha, c->alpha_y);
+  const double both = c->masking + ggx_lambda(wi, c->alpha, c->alpha_y);
   const double jacobian = through ? squared(c->ior / length) * fabs(cos_o) * cos_i : 0.25;
-  const double visible = ggx_density(h, c->alpha, c->alpha_y) * jacobian / (wo.z * (1 + lambda));
-  out.pdf = visible * (through ? t : r) / (r + t);
-  out.value = v3_scale(through ? transmitted : reflected, visible * (1 + lambda) / both * c->energy_scale);
+  const double seen = ggx_density(h, c->alpha, c->alpha_y) * jacobian / wo.z;
+  out.pdf = seen / c->masking;
+  if (c->kind == CLOSURE_GLASS) out.pdf *= (through ? t : r) / (r + t);
+  out.value = v3_scale(through ? transmitted : reflected, seen / both * c->energy_scale);
   return out;
 }
 
@@ -126,7 +126,7 @@ static lobe_value evaluate_lobe(const closure *c, const shade_point *point, vec3
     out = evaluate_diffuse(c, point->wo, wi);
   } else if (closure_is_microfacet(c)) {
     const frame f = frame_of(c);
-    out = evaluate_microfacet(c, into_frame(&f, point->wo), into_frame(&f, wi));
+    out = evaluate_microfacet(c, into_frame(&f, wi));
   } else {
     out = evaluate_rare(c, point->wo, wi);
   }
@@ -195,15 +195,40 @@ static void draw_cosine(const closure *c, double u0, double u1, bsdf_sample *out
   out->lobe = through ? LOBE_TRANSMISSION : is_diffuse(c) ? LOBE_DIFFUSE : LOBE_GLOSSY;
 }
 
+/* The way of light into what is below the surface: through a microfacet, nothing lost; or by a cosine. */
+static int draw_entry(const closure *c, const shade_point *point, double u0, double u1, double u2, bsdf_sample *out)
+{
+  const frame f = frame_around(c->normal);
+  const vec3 wo = into_frame(&f, point->wo);
+  out->pdf = 0;
+  out->lobe = LOBE_SUBSURFACE;
+  out->entered = c;
+  out->weight = c->weight;
+  vec3 w;
+  if (c->method == SUBSURFACE_SKIN && u2 < 0.5) {
+    const double r = sqrt(u0), phi = 2 * MICROFACET_PI * u1;
+    w = v3(r * cos(phi), r * sin(phi), -sqrt(max2(1 - u0, 0)));
+  } else {
+    if (wo.z <= 0) return 0;
+    const vec3 h = ggx_sample_visible(wo, c->alpha, c->alpha, u0, u1);
+    const double cos_i = min2(v3_dot(wo, h), 1);
+    double cos_t;
+    if (cos_i <= 0 || fresnel_dielectric(cos_i, c->ior, &cos_t) >= 1) return 0;
+    w = refract(wo, h, cos_i, cos_t, c->ior);
+  }
+  out->wi = v3_normalize(out_of_frame(&f, w));
+  return v3_dot(out->wi, point->geometric_normal) < 0;
+}
+
 /* A direction from one rough lobe. */
-static int draw_rough(const closure *c, const shade_point *point, double u0, double u1, double u2, bsdf_sample *out)
+static int draw_rough(const closure *c, double u0, double u1, double u2, bsdf_sample *out)
 {
   if (!closure_is_microfacet(c)) {
     draw_cosine(c, u0, u1, out);
     return 1;
   }
   const frame f = frame_of(c);
-  const vec3 wo = into_frame(&f, point->wo);
+  const vec3 wo = c->wo;
   if (wo.z <= 0) return 0;
   const vec3 h = ggx_sample_visible(wo, c->alpha, c->alpha_y, u0, u1);
   const double cos_i = min2(v3_dot(wo, h), 1);
@@ -235,11 +260,12 @@ int bsdf_draw(const closure_set *set, const shade_point *point, const double u[3
   const closure *c = &set->closures[chosen];
   rest = min2(max2(rest / c->share, 0), 1 - 1e-9); /* again uniform in [0, 1) */
   if (closure_is_delta(c)) {
-    if (!draw_delta(c, point, rest, out)) return 0;
+    if (!(c->kind == CLOSURE_SUBSURFACE ? draw_entry(c, point, u[0], u[1], rest, out) : draw_delta(c, point, rest, out)))
+      return 0;
     out->weight = v3_scale(out->weight, 1 / c->share);
     return 1;
   }
-  if (!draw_rough(c, point, u[0], u[1], rest, out)) return 0;
+  if (!draw_rough(c, u[0], u[1], rest, out)) return 0;
   const vec3 value = bsdf_evaluate(set, point, out->wi, UINT32_MAX, &out->pdf);
   if (!(out->pdf > 0) || !isfinite(out->pdf)) return 0;
   out->weight = v3_scale(value, 1 / out->pdf);
@@ -299,7 +325,8 @@ vec3 bsdf_albedo(const closure_set *set)
   vec3 sum = v3(0, 0, 0);
   for (int i = 0; i < set->count; i++) {
     const closure *c = &set->closures[i];
-    sum = v3_add(sum, closure_is_delta(c) ? v3_splat(v3_average(c->weight)) : c->albedo);
+    const int is_clear = closure_is_delta(c) && c->kind != CLOSURE_SUBSURFACE;
+    sum = v3_add(sum, is_clear ? v3_splat(v3_average(c->weight)) : c->albedo);
   }
   return v3_saturate(sum);
 }

@@ -7,13 +7,15 @@
 #define BENT_RENDER_BSDF_H
 #include "scene/shading.h"
 
-typedef enum bsdf_lobe { LOBE_DIFFUSE = 2, LOBE_GLOSSY = 4, LOBE_TRANSMISSION = 8, LOBE_TRANSPARENT = 16 } bsdf_lobe;
+typedef enum bsdf_lobe { LOBE_DIFFUSE = 2, LOBE_GLOSSY = 4, LOBE_TRANSMISSION = 8, LOBE_TRANSPARENT = 16,
+               LOBE_SUBSURFACE = 32 } bsdf_lobe;
 
 typedef struct bsdf_sample {
   vec3 wi;
   vec3 weight;    /* f(wo, wi) |cos| / pdf of the whole set; the throughput factor */
-  double pdf;     /* solid angle, of the whole set; 0 for a delta lobe (mirror, smooth glass, transparent) */
+  double pdf;     /* solid angle, of the whole set; 0 for a delta lobe (mirror, smooth glass, transparent, subsurface) */
   bsdf_lobe lobe; /* values agree with bent_visibility bits where both exist */
+  const closure *entered; /* LOBE_SUBSURFACE: of which lobe; wi points into the surface */
 } bsdf_sample;
 
 /* Draws a direction with u in [0,1)^3 (u[2] picks the lobe). Returns 0 when the light is absorbed. */

@@ -9,6 +9,7 @@
 #include "render/describe.h"
 #include "render/direct.h"
 #include "render/portal.h"
+#include "render/subsurface.h"
 #include "scene/scene.h"
 
 /* Random sets of a path: the camera's, then two a vertex, of which the second is for sampling lights. */
@@ -29,7 +30,7 @@ bent_status path_block_new(path_block *out, const bent_scene *scene, int capacit
   out->hits = malloc(n * sizeof *out->hits);
   out->goes_on = malloc(n * sizeof *out->goes_on);
   out->records = malloc(n * sizeof *out->records);
-  out->closures = malloc(DIRECT_BATCH * lobes * sizeof *out->closures);
+  out->closures = malloc(2 * DIRECT_BATCH * lobes * sizeof *out->closures);
   out->shadows = malloc(SHADOWS * sizeof *out->shadows);
   out->shadow_rays = malloc(SHADOWS * sizeof *out->shadow_rays);
   out->shadow_hits = malloc(SHADOWS * sizeof *out->shadow_hits);
@@ -218,9 +219,68 @@ static portal_mix mix_at(const tracer *t, const path *p, const shade_point *poin
   return portal_mix_at(t->scene, point->position, direct_normal(point, set), set);
 }
 
+/* What a batch of paths shares while it is shaded. Paths that come out from below a surface have two vertices: the second
+ * of each path is in the second list. */
+typedef struct batch {
+  reach reach[DIRECT_BATCH];
+  lit_vertex vertices[2][DIRECT_BATCH];
+  int vertex_count[2];
+  bent_hit exits[DIRECT_BATCH];
+} batch;
+
+/* Room for one path of a batch: closures of its vertices, and where it comes out from below a surface. */
+typedef struct room {
+  closure *closures[2];
+  bent_hit *exit;
+} room;
+
+/* Puts a vertex on a list of those to be joined with a light, unless it could not scatter the light. */
+static void want_light(const tracer *t, batch *b, int list, path *p, const bent_hit *hit, const shade_point *point,
+                       const closure_set *set, const portal_mix *mix)
+{
+  if (p->last || set->count == set->delta_count || !lights_any(t->scene->lights) ||
+      t->settings->light_sampling == BENT_LIGHTS_SCATTERING)
+    return;
+  lit_vertex *v = &b->vertices[list][b->vertex_count[list]++];
+  *v = (lit_vertex){.path = p, .hit = hit, .beta = p->beta, .point = *point, .set = *set, .mix = *mix};
+  sampler_draw(&t->sampler, p->pixel_key, p->sample, SET_VERTEX + SETS_PER_VERTEX * p->vertex + 1, v->u);
+}
+
+/* Where a path comes out from below a surface: a white diffuse lobe, whose normal is that of the subsurface lobes there. */
+static void diffuse_exit(const tracer *t, const surface *surface, closure_set *set)
+{
+  shading_evaluate(t->scene->shading, surface->material, &surface->point, set);
+  vec3 normal = v3(0, 0, 0);
+  for (int i = 0; i < set->count; i++)
+    if (set->closures[i].kind == CLOSURE_SUBSURFACE)
+      normal = v3_mad(set->closures[i].tangent, set->closures[i].share, normal);
+  set->count = set->delta_count = 0;
+  closure_add_diffuse(set, &surface->point, v3_splat(1), v3_splat(1), 0, normal);
+  closure_set_finish(set);
+}
+
+static int leave_vertex(const tracer *t, batch *b, int list, path *p, const room *room, bent_ray *ray,
+                        const bent_hit *hit, const shade_point *point, const closure_set *set);
+
+/* Below the surface to another place on it, which scatters the light that has come there; returns 0 if the path ends. */
+static int walk_below(const tracer *t, batch *b, path *p, const room *room, bent_ray *ray, const bent_hit *hit,
+                      const shade_point *point, const bsdf_sample *drawn)
+{
+  if (!subsurface_walk(t, p, drawn->entered, point->normal, hit, drawn->wi, &p->beta, room->exit)) return 0;
+  surface surface;
+  surface_at(t->scene, room->exit, point->position, &surface);
+  if (!can_leave(t, surface.point.position)) return 0;
+  surface.point.ray = p->ray;
+  surface.point.footprint = point->footprint;
+  closure_set set = {.closures = room->closures[1]};
+  diffuse_exit(t, &surface, &set);
+  p->vertex++;
+  return leave_vertex(t, b, 1, p, room, ray, room->exit, &surface.point, &set);
+}
+
 /* Draws the next direction; returns 0 if the path ends here. */
-static int scatter(const tracer *t, path *p, bent_ray *ray, const bent_hit *hit, const shade_point *point,
-                   const closure_set *set, const portal_mix *mix)
+static int scatter(const tracer *t, batch *b, path *p, const room *room, bent_ray *ray, const bent_hit *hit,
+                   const shade_point *point, const closure_set *set, const portal_mix *mix)
 {
   double u[SAMPLER_DIMENSIONS];
   sampler_draw(&t->sampler, p->pixel_key, p->sample, SET_VERTEX + SETS_PER_VERTEX * p->vertex, u);
@@ -235,6 +295,7 @@ static int scatter(const tracer *t, path *p, bent_ray *ray, const bent_hit *hit,
     return p->ray.transparent++ < t->settings->transparent_bounces;
   }
   if (p->last) return 0;
+  if (drawn.lobe == LOBE_SUBSURFACE) return walk_below(t, b, p, room, ray, hit, point, &drawn);
   p->ray = path_scattered(p->ray, set, drawn.lobe, drawn.pdf == 0);
   p->last = is_last(t->settings, &p->ray);
   if (!survives(t->settings, p, u[3])) return 0;
@@ -246,31 +307,21 @@ static int scatter(const tracer *t, path *p, bent_ray *ray, const bent_hit *hit,
   return 1;
 }
 
+/* Asks for light at a vertex, on the list, and goes on from there; returns 0 if the path ends. */
+static int leave_vertex(const tracer *t, batch *b, int list, path *p, const room *room, bent_ray *ray,
+                        const bent_hit *hit, const shade_point *point, const closure_set *set)
+{
+  const portal_mix mix = mix_at(t, p, point, set);
+  want_light(t, b, list, p, hit, point, set, &mix);
+  return scatter(t, b, p, room, ray, hit, point, set, &mix);
+}
+
 /* Whether the camera meets a holdout here: black and see-through, whatever the film (as Cycles). */
 static int is_holdout(const tracer *t, path *p, const bent_hit *hit)
 {
   if (p->ray.bounces || !(t->scene->geometry->instances[hit->instance].visibility & BENT_HOLDOUT)) return 0;
   p->alpha -= v3_average(p->beta);
   return 1;
-}
-
-/* What a batch of paths shares while it is shaded. */
-typedef struct batch {
-  reach reach[DIRECT_BATCH];
-  lit_vertex vertices[DIRECT_BATCH];
-  int vertex_count;
-} batch;
-
-/* Puts a vertex on the list of those to be joined with a light, unless it could not scatter the light. */
-static void want_light(const tracer *t, batch *b, path *p, const bent_hit *hit, const shade_point *point,
-                       const closure_set *set, const portal_mix *mix)
-{
-  if (p->last || set->count == set->delta_count || !lights_any(t->scene->lights) ||
-      t->settings->light_sampling == BENT_LIGHTS_SCATTERING)
-    return;
-  lit_vertex *v = &b->vertices[b->vertex_count++];
-  *v = (lit_vertex){.path = p, .hit = hit, .beta = p->beta, .point = *point, .set = *set, .mix = *mix};
-  sampler_draw(&t->sampler, p->pixel_key, p->sample, SET_VERTEX + SETS_PER_VERTEX * p->vertex + 1, v->u);
 }
 
 /* The camera ray has ended: what the channels say of it as a whole. */
@@ -291,8 +342,8 @@ static int shine_through(const tracer *t, path *p, const reach *reach, const sur
   return !(v3_max(emission) > 0) || p->ray.transparent++ < t->settings->transparent_bounces;
 }
 
-/* A surface. Returns 1 if the path goes on along *ray. `closures` is room for those of the surface. */
-static int shade_surface(const tracer *t, batch *b, path *p, const reach *reach, closure *closures, bent_ray *ray,
+/* A surface. Returns 1 if the path goes on along *ray. */
+static int shade_surface(const tracer *t, batch *b, path *p, const reach *reach, const room *room, bent_ray *ray,
                          const bent_hit *hit, sample_record *record)
 {
   surface surface;
@@ -311,28 +362,26 @@ static int shade_surface(const tracer *t, batch *b, path *p, const reach *reach,
     gather_emission(t, p, hit, reach, emission, record);
     goes_on = 0;
   } else {
-    closure_set set = {.closures = closures};
+    closure_set set = {.closures = room->closures[0]};
     shading_evaluate(t->scene->shading, surface.material, &surface.point, &set);
     gather_emission(t, p, hit, reach, set.emission, record);
     if (p->ray.bounces == 0) p->alpha -= v3_average(v3_mul(p->beta, set.holdout));
     if (p->ray.bounces == 0) describe_surface(t, p, hit->length, record, &surface.point, &set);
     describe_features(t, p, record, &surface.point, &set);
-    const portal_mix mix = mix_at(t, p, &surface.point, &set);
-    want_light(t, b, p, hit, &surface.point, &set, &mix);
-    goes_on = scatter(t, p, ray, hit, &surface.point, &set, &mix);
+    goes_on = leave_vertex(t, b, 0, p, room, ray, hit, &surface.point, &set);
   }
   p->vertex++;
   return goes_on;
 }
 
 /* One vertex. Returns 1 if the path goes on along *ray. */
-static int shade(const tracer *t, batch *b, path *p, const reach *reach, closure *closures, bent_ray *ray,
+static int shade(const tracer *t, batch *b, path *p, const reach *reach, const room *room, bent_ray *ray,
                  const bent_hit *hit, sample_record *record)
 {
   if (p->ray.bounces == 0) describe_ray(p, hit, record);
   if (hit->fate == BENT_ESCAPED || hit->fate == BENT_ESCAPED_FAR) gather_sky(t, p, ray, hit, reach, record);
   if (hit->fate != BENT_HIT || is_holdout(t, p, hit)) return 0;
-  return shade_surface(t, b, p, reach, closures, ray, hit, record);
+  return shade_surface(t, b, p, reach, room, ray, hit, record);
 }
 
 /* Writes what is known only at the end. A sample that broken input made NaN counts as black. */
@@ -370,21 +419,23 @@ bent_status path_intersect(const tracer *t, int n, const bent_ray *rays, bent_hi
 static bent_status shade_batch(const tracer *t, path_block *block, int first, int count,
                                bent_render_statistics *statistics, bent_progress *progress, bent_error *error)
 {
-  if (block->shadow_count + DIRECT_BATCH * DIRECT_SHADOWS_MAX > SHADOWS) {
+  if (block->shadow_count + 2 * DIRECT_BATCH * DIRECT_SHADOWS_MAX > SHADOWS) {
     const bent_status status = direct_trace(t, block, statistics, progress, error);
     if (status) return status;
   }
   batch b;
-  b.vertex_count = 0;
+  b.vertex_count[0] = b.vertex_count[1] = 0;
   direct_reach(t, count, block->paths + first, block->hits + first, b.reach);
   for (int k = 0; k < count; k++) {
     const int i = first + k;
     path *p = &block->paths[i];
     statistics->unresolved += block->hits[i].fate == BENT_UNRESOLVED;
-    block->goes_on[i] = (uint8_t)shade(t, &b, p, &b.reach[k], block->closures + k * block->lobes, &block->rays[i],
-                                       &block->hits[i], &block->records[p->record]);
+    const room room = {{block->closures + k * block->lobes, block->closures + (DIRECT_BATCH + k) * block->lobes},
+                       &b.exits[k]};
+    block->goes_on[i] = (uint8_t)shade(t, &b, p, &b.reach[k], &room, &block->rays[i], &block->hits[i],
+                                       &block->records[p->record]);
   }
-  direct_draw(t, block, b.vertex_count, b.vertices);
+  for (int list = 0; list < 2; list++) direct_draw(t, block, b.vertex_count[list], b.vertices[list]);
   return BENT_OK;
 }
 

@@ -69,7 +69,7 @@ typedef struct shadow {
   ray_history ray;
 } shadow;
 
-enum { SHADOWS = 4096 };
+enum { SHADOWS = 8192 };
 
 /* What became of some shadow rays. */
 typedef struct shadow_count {
@@ -84,7 +84,7 @@ typedef struct path_block {
   bent_hit *hits;
   uint8_t *goes_on;       /* whether a path lives on after this round */
   sample_record *records; /* one a path, kept when the path ends */
-  closure *closures;      /* of the surfaces that are being shaded, `lobes` each */
+  closure *closures;      /* of the surfaces that are being shaded, `lobes` each, and as many for where paths come out */
   int lobes;
   int shadow_count;       /* of at most SHADOWS */
   shadow *shadows;

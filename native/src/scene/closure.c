@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "scene/fresnel.h"
+#include "scene/microfacet.h"
 #include "scene/microfacet_energy.h"
 #include "scene/sheen.h"
 #include "scene/shading.h"
@@ -116,13 +117,26 @@ double closure_roughness(const closure *c)
   return sqrt(c->alpha == c->alpha_y ? c->alpha : sqrt(c->alpha * c->alpha_y));
 }
 
+/* Of rough microfacets: the axes in which they are described, and what is known in them of wo. */
+static void orient(closure *c, const shade_point *point)
+{
+  vec3 across;
+  if (c->alpha == c->alpha_y) v3_basis(c->normal, &c->tangent, &across);
+  else across = v3_cross(c->normal, c->tangent);
+  c->wo = v3(v3_dot(c->tangent, point->wo), v3_dot(across, point->wo), v3_dot(c->normal, point->wo));
+  c->masking = 1 + ggx_lambda(c->wo, c->alpha, c->alpha_y);
+}
+
 vec3 closure_finish_reflection(closure_set *set, closure *c, const shade_point *point, vec3 colors, vec3 fss,
                                int multiscatter)
 {
   const double mu = saturate(v3_dot(c->normal, point->wo)), roughness = closure_roughness(c);
-  const double single = closure_is_delta(c) ? 1 : microfacet_reflection_albedo(roughness, mu);
-  if (multiscatter && single < 1)
-    compensate_energy(c, single, microfacet_reflection_average(roughness), fss);
+  double single = 1;
+  if (!closure_is_delta(c)) {
+    orient(c, point);
+    single = microfacet_reflection_albedo(roughness, mu);
+    if (multiscatter && single < 1) compensate_energy(c, single, microfacet_reflection_average(roughness), fss);
+  }
   closure_finish(set, c, v3_scale(colors, single * c->energy_scale));
   return v3_mul(c->weight, colors);
 }
@@ -221,6 +235,7 @@ void closure_finish_glass(closure_set *set, closure *c, const shade_point *point
   const double mu = saturate(v3_dot(c->normal, point->wo)), roughness = closure_roughness(c);
   double single = 1;
   if (!closure_is_delta(c)) {
+    orient(c, point);
     single = microfacet_glass_albedo(roughness, mu, c->ior);
     if (multiscatter && single > 0) compensate_energy(c, single, microfacet_glass_average(roughness, c->ior), fss);
   }
@@ -249,6 +264,7 @@ void closure_add_refraction(closure_set *set, const shade_point *point, vec3 wei
                                        roughness, normal);
   if (!c) return;
   c->ior = closure_ior_beyond(point, ior);
+  if (!closure_is_delta(c)) orient(c, point);
   vec3 reflected, transmitted;
   double cos_t;
   fresnel_colors(c, saturate(v3_dot(c->normal, point->wo)), &reflected, &transmitted, &cos_t);

@@ -17,8 +17,14 @@ typedef enum closure_kind {
   CLOSURE_GLASS,      /* dielectric GGX reflection and refraction; alpha 0: smooth */
   CLOSURE_REFRACTION, /* glass without its reflection and its Fresnel loss */
   CLOSURE_TRANSLUCENT, /* Lambert on the other side */
+  CLOSURE_SUBSURFACE, /* into what is inside, to come out elsewhere (render/subsurface.h); counts as a delta lobe */
   CLOSURE_TRANSPARENT /* passes straight on */
 } closure_kind;
+
+typedef enum subsurface_method {
+  SUBSURFACE_WALK, /* light is refracted into a medium that reflects the lobe's color */
+  SUBSURFACE_SKIN  /* the same, but one half of the light enters by a cosine; another scale of the radius */
+} subsurface_method;
 
 typedef enum fresnel_kind {
   FRESNEL_NONE,       /* reflects everything (Glossy BSDF: its color is in the weight) */
@@ -36,11 +42,17 @@ typedef struct closure {
   double share;             /* relative chance of being sampled; the set's shares sum to 1 after closure_set_finish */
   double alpha;             /* microfacets: roughness^2, along the tangent; diffuse: Oren-Nayar roughness in [0, 1] */
   double alpha_y;           /* microfacets: across the tangent */
-  vec3 tangent;             /* of sheen, and where alpha and alpha_y differ: a unit vector at right angles to the normal */
+  vec3 tangent;             /* of sheen and of microfacets that are not a delta: a unit vector at right angles to the normal;
+                             * of subsurface: the normal as it was given */
+  vec3 wo;                  /* of such microfacets: in the axes tangent, normal x tangent, normal */
+  double masking;           /* of such: 1 + Lambda(wo) */
   double sheen_a, sheen_b;  /* sheen: its shape; velvet: a is how upright */
+  vec3 radius;              /* subsurface: mean free path of each channel; 0: such light does not get here */
+  double anisotropy;        /* subsurface: mean cosine of the angle of one scattering inside, in [0, 0.9] */
+  subsurface_method method;
   double ior;               /* of the side beyond the surface relative to the side of wo */
   double energy_scale;      /* makes up for light lost between microfacets; 1 for single scattering */
-  vec3 f0, edge;            /* Fresnel colors */
+  vec3 f0, edge;            /* Fresnel colors; of subsurface f0 is the color */
   vec3 transmission_color;  /* glass: tint of what is refracted */
   vec3 multiscatter;        /* diffuse with roughness: the part of the second bounce that depends on wo only */
   vec3 albedo;              /* estimate, with the weight, for this wo */
@@ -83,18 +95,40 @@ vec3 closure_add_sheen(closure_set *set, const struct shade_point *point, vec3 w
 void closure_add_velvet(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color, double roughness,
                         vec3 normal);
 
+/* Layers that most Principled BSDFs do without. */
+typedef struct sheen_layer {
+  double weight, roughness;
+  vec3 tint;
+} sheen_layer;
+typedef struct coat_layer {
+  double weight, roughness, ior;
+  vec3 tint, normal;
+} coat_layer;
+
+/* What is below the surface. `ior` and `alpha` (roughness of the way in, squared) are the Principled BSDF's own there,
+ * except for `ior` by SUBSURFACE_SKIN. */
+typedef struct subsurface {
+  double weight, scale, ior, anisotropy, alpha;
+  vec3 radius;
+  subsurface_method method;
+} subsurface;
+
+/* What comes back from below the surface: channels without a radius as from a diffuse surface. The weight is that of `s`
+ * times `weight`. */
+void closure_add_subsurface(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color,
+                            const subsurface *s, vec3 normal);
+
 typedef struct principled {
-  vec3 base_color, normal, specular_tint, emission_color, coat_tint, coat_normal, sheen_tint;
+  vec3 base_color, normal, specular_tint, emission_color;
   double metallic, roughness, diffuse_roughness, ior, specular_level, transmission, alpha, emission_strength;
-  double coat_weight, coat_roughness, coat_ior, sheen_weight, sheen_roughness;
   stretch stretch;
+  const sheen_layer *sheen; /* NULL: none */
+  const coat_layer *coat;
+  const subsurface *subsurface;
   int multiscatter;
 } principled;
-enum {
-  PRINCIPLED_LOBES = 5, /* at most: transparent, metal, glass, specular, diffuse */
-  PRINCIPLED_COAT_LOBES = 1,
-  PRINCIPLED_SHEEN_LOBES = 1
-};
+/* At most: transparent, metal, glass, specular, diffuse; and one for each layer. */
+enum { PRINCIPLED_LOBES = 5, SHEEN_LAYER_LOBES = 1, COAT_LAYER_LOBES = 1, SUBSURFACE_LOBES = 2 };
 void closure_add_principled(closure_set *set, const struct shade_point *point, vec3 weight, const principled *p);
 /* Only the light that it emits, which is what closure_add_principled adds. */
 void closure_emit_principled(closure_set *set, const struct shade_point *point, vec3 weight, const principled *p);
@@ -115,7 +149,7 @@ static inline int closure_is_microfacet(const closure *c)
 }
 static inline int closure_is_delta(const closure *c)
 {
-  return c->kind == CLOSURE_TRANSPARENT ||
+  return c->kind == CLOSURE_TRANSPARENT || c->kind == CLOSURE_SUBSURFACE ||
          (closure_is_microfacet(c) && c->alpha * c->alpha_y <= CLOSURE_ALPHA_MIN * CLOSURE_ALPHA_MIN);
 }
 #endif

@@ -34,11 +34,12 @@ static vec3 finish_dielectric(closure_set *set, closure *c, const shade_point *p
 /* Its fibers stand on the coat where there is one. */
 static vec3 principled_sheen(closure_set *set, const shade_point *point, vec3 weight, const principled *p)
 {
-  const double amount = saturate(p->sheen_weight);
+  const sheen_layer *sheen = p->sheen;
+  const double amount = sheen ? saturate(sheen->weight) : 0;
   if (amount == 0) return weight;
-  const vec3 base = closure_valid_normal(point, p->normal), coat = closure_valid_normal(point, p->coat_normal);
-  const vec3 normal = v3_mix(base, coat, saturate(p->coat_weight));
-  return layer_below(weight, closure_add_sheen(set, point, v3_scale(weight, amount), p->sheen_tint, p->sheen_roughness,
+  vec3 normal = closure_valid_normal(point, p->normal);
+  if (p->coat) normal = v3_mix(normal, closure_valid_normal(point, p->coat->normal), saturate(p->coat->weight));
+  return layer_below(weight, closure_add_sheen(set, point, v3_scale(weight, amount), sheen->tint, sheen->roughness,
                                                normal));
 }
 
@@ -46,20 +47,23 @@ static vec3 principled_sheen(closure_set *set, const shade_point *point, vec3 we
  * through the coat and up again; its thickness is 1. */
 static vec3 principled_coat(closure_set *set, const shade_point *point, vec3 weight, const principled *p)
 {
-  const double amount = saturate(p->coat_weight), ior = min2(max2(p->coat_ior, 1), 1e3);
-  closure *c = closure_next_microfacet(set, CLOSURE_REFLECTION, point, v3_scale(weight, amount), p->coat_roughness,
-                                       p->coat_normal);
+  const coat_layer *coat = p->coat;
+  if (!coat) return weight;
+  const double amount = saturate(coat->weight), ior = min2(max2(coat->ior, 1), 1e3);
+  closure *c = closure_next_microfacet(set, CLOSURE_REFLECTION, point, v3_scale(weight, amount), coat->roughness,
+                                       coat->normal);
   if (!c) return weight;
   const double sine2 = 1 - squared(v3_dot(c->normal, point->wo));
   const double path = 1 / sqrt(max2(1 - sine2 / squared(ior), 1e-6));
   weight = layer_below(weight, finish_dielectric(set, c, point, ior, v3_splat(fresnel_f0(ior)), 1));
-  const vec3 tint = v3_positive(p->coat_tint), through = v3(pow(tint.x, path), pow(tint.y, path), pow(tint.z, path));
+  const vec3 tint = v3_positive(coat->tint), through = v3(pow(tint.x, path), pow(tint.y, path), pow(tint.z, path));
   return v3_positive(v3_mul(weight, v3_mix(v3_splat(1), through, amount)));
 }
 
 static vec3 principled_metal(closure_set *set, const shade_point *point, vec3 weight, const principled *p)
 {
   const double metallic = saturate(p->metallic);
+  if (metallic == 0) return weight;
   closure *c = closure_next_microfacet(set, CLOSURE_REFLECTION, point, v3_scale(weight, metallic), p->roughness,
                                        p->normal);
   if (c) {
@@ -72,6 +76,7 @@ static vec3 principled_metal(closure_set *set, const shade_point *point, vec3 we
 static vec3 principled_glass(closure_set *set, const shade_point *point, vec3 weight, const principled *p)
 {
   const double transmission = saturate(p->transmission), roughness = saturate(p->roughness);
+  if (transmission == 0) return weight;
   const vec3 color = v3_saturate(p->base_color);
   closure *c = closure_next_microfacet(set, CLOSURE_GLASS, point, v3_scale(weight, transmission), roughness, p->normal);
   if (c) {
@@ -84,19 +89,39 @@ static vec3 principled_glass(closure_set *set, const shade_point *point, vec3 we
   return v3_scale(weight, 1 - transmission);
 }
 
-static vec3 principled_specular(closure_set *set, const shade_point *point, vec3 weight, const principled *p)
+/* The IOR by which the surface reflects, after its specular level; *f0: that reflectance. */
+static double specular_ior(const principled *p, double *f0)
 {
-  double eta = min2(max2(p->ior, 1e-3), 1e3), f0 = fresnel_f0(eta);
-  if (p->specular_level != 0.5) {
-    f0 *= 2 * positive(p->specular_level);
-    eta = eta < 1 ? 1 / fresnel_ior(f0) : fresnel_ior(f0);
-  }
+  const double eta = min2(max2(p->ior, 1e-3), 1e3);
+  *f0 = fresnel_f0(eta);
+  if (p->specular_level == 0.5) return eta;
+  *f0 *= 2 * positive(p->specular_level);
+  return eta < 1 ? 1 / fresnel_ior(*f0) : fresnel_ior(*f0);
+}
+
+static vec3 principled_specular(closure_set *set, const shade_point *point, vec3 weight, const principled *p, double eta,
+                                double f0)
+{
   if (eta == 1) return weight;
   closure *c = closure_next_microfacet(set, CLOSURE_REFLECTION, point, weight, p->roughness, p->normal);
   if (!c) return weight;
   closure_stretch_along(c, &p->stretch);
   const vec3 color = v3_saturate(v3_scale(v3_positive(p->specular_tint), f0));
   return layer_below(weight, finish_dielectric(set, c, point, eta, color, p->multiscatter));
+}
+
+/* Below all layers: a diffuse surface, and in its place what is below the surface. */
+static void principled_base(closure_set *set, const shade_point *point, vec3 weight, const principled *p, double eta)
+{
+  double amount = 0;
+  if (p->subsurface) {
+    subsurface s = *p->subsurface;
+    amount = saturate(s.weight);
+    s.alpha = squared(saturate(p->roughness));
+    if (s.method != SUBSURFACE_SKIN) s.ior = eta;
+    closure_add_subsurface(set, point, weight, p->base_color, &s, p->normal);
+  }
+  closure_add_diffuse(set, point, v3_scale(weight, 1 - amount), p->base_color, p->diffuse_roughness, p->normal);
 }
 
 /* What is above emission: the weight that is left for it and the layers below. */
@@ -114,7 +139,7 @@ static void add_emission(closure_set *set, vec3 weight, const principled *p)
 
 void closure_emit_principled(closure_set *set, const shade_point *point, vec3 weight, const principled *p)
 {
-  closure above[PRINCIPLED_SHEEN_LOBES + PRINCIPLED_COAT_LOBES];
+  closure above[SHEEN_LAYER_LOBES + COAT_LAYER_LOBES];
   closure_set unused = {.closures = above};
   add_emission(set, principled_upper_layers(&unused, point, weight, p), p);
 }
@@ -126,6 +151,8 @@ void closure_add_principled(closure_set *set, const shade_point *point, vec3 wei
   add_emission(set, weight, p);
   weight = principled_metal(set, point, weight, p);
   weight = principled_glass(set, point, weight, p);
-  weight = principled_specular(set, point, weight, p);
-  closure_add_diffuse(set, point, weight, p->base_color, p->diffuse_roughness, p->normal);
+  double f0;
+  const double eta = specular_ior(p, &f0);
+  weight = principled_specular(set, point, weight, p, eta, f0);
+  principled_base(set, point, weight, p, eta);
 }

@@ -72,8 +72,12 @@ static inline vec3 fresnel_complex_colors(double mu, vec3 n, vec3 k)
   return v3(fresnel_complex(mu, n.x, k.x), fresnel_complex(mu, n.y, k.y), fresnel_complex(mu, n.z, k.z));
 }
 
-/* Reflected and transmitted colors of a lobe for a microfacet seen under cos_i. */
-static inline void fresnel_colors(const closure *c, double cos_i, vec3 *reflected, vec3 *transmitted, double *cos_t)
+/* The reflectance of a lobe that is not of a dielectric. */
+vec3 fresnel_of_metal(const closure *c, double cos_i);
+
+/* Reflected and transmitted colors of a lobe for a microfacet seen under cos_i. Always inline: most lobes are dielectric,
+ * and what of this they do not need then goes. */
+static inline __attribute__((always_inline)) void fresnel_colors(const closure *c, double cos_i, vec3 *reflected, vec3 *transmitted, double *cos_t)
 {
   *transmitted = v3(0, 0, 0);
   *cos_t = 0;
@@ -85,12 +89,8 @@ static inline void fresnel_colors(const closure *c, double cos_i, vec3 *reflecte
     *reflected = c->fresnel == FRESNEL_DIELECTRIC ? v3_splat(f)
                                                   : v3_mix(c->f0, v3_splat(1), fresnel_rise(f, c->ior));
     if (c->kind == CLOSURE_GLASS) *transmitted = v3_mul(v3_sub(v3_splat(1), *reflected), c->transmission_color);
-  } else if (c->fresnel == FRESNEL_NONE) {
-    *reflected = v3_splat(1);
-  } else if (c->fresnel == FRESNEL_CONDUCTOR) {
-    *reflected = fresnel_conductor(cos_i, c->f0, c->edge);
   } else {
-    *reflected = fresnel_complex_colors(cos_i, c->f0, c->edge);
+    *reflected = fresnel_of_metal(c, cos_i);
   }
 }
 #endif

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-typedef enum row_kind { PURE, PER_POINT, SCATTERS, EMITS, SEE_THROUGH, PRINCIPLED } row_kind;
+typedef enum row_kind { PURE, PER_POINT, SCATTERS, EMITS, SEE_THROUGH, PRINCIPLED, LAYER } row_kind;
 
 typedef struct row {
   bent_opcode info;
@@ -136,6 +136,16 @@ static void fold(program *p)
   p->code_length = kept;
 }
 
+/* The most lobes that an operation adds, or has the next one add. */
+static int lobes_of(const row *r)
+{
+  if (r->run == op_principled) return PRINCIPLED_LOBES;
+  if (r->run == op_sheen_layer) return SHEEN_LAYER_LOBES;
+  if (r->run == op_coat_layer) return COAT_LAYER_LOBES;
+  if (r->run == op_subsurface || r->run == op_subsurface_layer) return SUBSURFACE_LOBES;
+  return r->kind == SCATTERS || r->kind == SEE_THROUGH;
+}
+
 /* What the host asks about a material as a whole. A lobe with a constant weight of 0 does not count. */
 static void classify(program *p)
 {
@@ -147,10 +157,7 @@ static void classify(program *p)
       if (code[2 + i] < 0) in[i] = operand(p, NULL, code[2 + i]);
 #define IS_ZERO(i) (in[i] && in[i]->x == zero.x && in[i]->y == zero.y && in[i]->z == zero.z)
     if (rows[code[0]].run == op_light_path && code[2] >= PATH_IS_DIFFUSE) p->asks_scattering = 1;
-    if (kind == SCATTERS || kind == SEE_THROUGH) p->lobe_count++;
-    if (kind == PRINCIPLED)
-      p->lobe_count += PRINCIPLED_LOBES + (IS_ZERO(16) ? 0 : PRINCIPLED_COAT_LOBES) +
-                       (IS_ZERO(21) ? 0 : PRINCIPLED_SHEEN_LOBES);
+    p->lobe_count += lobes_of(&rows[code[0]]);
     if (kind == SEE_THROUGH && !IS_ZERO(0) && !IS_ZERO(1)) p->may_be_transparent = 1;
     if (kind == EMITS && !IS_ZERO(0) && !IS_ZERO(1) && !IS_ZERO(2)) p->may_emit = 1;
     if (kind == PRINCIPLED && !IS_ZERO(0)) {
@@ -195,6 +202,9 @@ void program_free(program *program)
 void program_run(const program *program, program_context *context)
 {
   vec3 registers[PROGRAM_REGISTERS];
+  program_layers layers;
+  layers.has_sheen = layers.has_coat = layers.has_subsurface = 0;
+  context->layers = &layers;
   context->table = (const float(*)[4])program->table;
   for (size_t at = 0; at < program->code_length;) {
     const int32_t *code = program->code + at;

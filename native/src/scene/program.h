@@ -9,7 +9,15 @@
 #include "scene/shading.h"
 #include "scene/texture.h"
 
-enum { PROGRAM_REGISTERS = 1024, OPERANDS_MAX = 24 };
+enum { PROGRAM_REGISTERS = 1024, OPERANDS_MAX = 16 };
+
+/* Layers that operations have put aside for the next one that takes them. */
+typedef struct program_layers {
+  int has_sheen, has_coat, has_subsurface;
+  sheen_layer sheen;
+  coat_layer coat;
+  subsurface subsurface;
+} program_layers;
 
 /* What an operation sees besides its operands. */
 typedef struct program_context {
@@ -17,6 +25,7 @@ typedef struct program_context {
   const image *images;
   const float (*table)[4];
   closure_set *set;
+  program_layers *layers;
   int emission_only; /* scattering lobes are not wanted */
 } program_context;
 
@@ -36,7 +45,7 @@ typedef struct program {
 /* Checks and copies; `image_count` images exist. Frees what `out` held before only if it succeeds. */
 bent_status program_make(program *out, const bent_program *source, int image_count, bent_error *error);
 void program_free(program *program);
-/* Runs the program; context->table is set by it, and closures are added to context->set. */
+/* Runs the program; context->table and layers are set by it, and closures are added to context->set. */
 void program_run(const program *program, program_context *context);
 
 /* Names of the values of an immediate, as Blender spells them; NULL at the end. */
@@ -72,6 +81,7 @@ void program_run(const program *program, program_context *context);
 #define NORMAL_SPACES(X) X(TANGENT) X(OBJECT) X(WORLD) X(BLENDER_OBJECT) X(BLENDER_WORLD)
 #define DISTRIBUTIONS(X) X(GGX) X(MULTI_GGX)
 #define CONDUCTORS(X) X(F82) X(PHYSICAL_CONDUCTOR)
+#define SUBSURFACE_METHODS(X) X(RANDOM_WALK) X(RANDOM_WALK_SKIN)
 #define SHEEN_MODELS(X) X(ASHIKHMIN) X(MICROFIBER)
 #define DIMENSIONS(X) X(1D) X(2D) X(3D) X(4D)
 #define FRACTAL_TYPES(X) X(MULTIFRACTAL) X(RIDGED_MULTIFRACTAL) X(HYBRID_MULTIFRACTAL) X(FBM) X(HETERO_TERRAIN)
@@ -162,11 +172,16 @@ void program_run(const program *program, program_context *context);
   OP(refraction, 0, 5, SCATTERS, NONE) /* weight, color, roughness, ior, normal */                                     \
   OP(translucent, 0, 3, SCATTERS, NONE) /* weight, color, normal */                                                    \
   OP(sheen, 0, 4, SCATTERS, NAMES(SHEEN_MODELS)) /* weight, color, roughness, normal */                                \
+  /* weight, color, radius, scale, ior, roughness of the way in squared, anisotropy, normal */                          \
+  OP(subsurface, 0, 8, SCATTERS, NAMES(SUBSURFACE_METHODS))                                                            \
   OP(holdout, 0, 1, PER_POINT, NONE) /* weight */                                                                      \
   /* weight, base color, metallic, roughness, diffuse roughness, ior, specular level, specular tint, transmission,    \
-   * alpha, normal, emission color, emission strength, anisotropy, rotation, tangent, coat weight, coat roughness,    \
-   * coat ior, coat tint, coat normal, sheen weight, sheen roughness, sheen tint */                                    \
-  OP(principled, 0, 24, PRINCIPLED, NAMES(DISTRIBUTIONS))
+   * alpha, normal, emission color, emission strength, anisotropy, rotation, tangent */                                \
+  OP(principled, 0, 16, PRINCIPLED, NAMES(DISTRIBUTIONS))                                                              \
+  /* Of the Principled BSDF that comes next. */                                                                        \
+  OP(sheen_layer, 0, 3, LAYER, NONE) /* weight, roughness, tint */                                                     \
+  OP(coat_layer, 0, 5, LAYER, NONE)  /* weight, roughness, ior, tint, normal */                                        \
+  OP(subsurface_layer, 0, 5, LAYER, NAMES(SUBSURFACE_METHODS)) /* weight, radius, scale, ior, anisotropy */
 
 #define ENUMERATION(name) name,
 typedef enum math_operation { MATH_OPERATIONS(ENUMERATION) } math_operation;

@@ -65,14 +65,44 @@ OPERATION(holdout)
 
 OPERATION(principled)
 {
+  program_layers *layers = context->layers;
   const principled p = {.base_color = *in[1], .metallic = in[2]->x, .roughness = in[3]->x,
                         .diffuse_roughness = in[4]->x, .ior = in[5]->x, .specular_level = in[6]->x,
                         .specular_tint = *in[7], .transmission = in[8]->x, .alpha = in[9]->x, .normal = *in[10],
                         .emission_color = *in[11], .emission_strength = in[12]->x,
-                        .stretch = {in[13]->x, in[14]->x, *in[15]}, .coat_weight = in[16]->x,
-                        .coat_roughness = in[17]->x, .coat_ior = in[18]->x, .coat_tint = *in[19],
-                        .coat_normal = *in[20], .sheen_weight = in[21]->x, .sheen_roughness = in[22]->x,
-                        .sheen_tint = *in[23], .multiscatter = immediates[0]};
+                        .stretch = {in[13]->x, in[14]->x, *in[15]}, .multiscatter = immediates[0],
+                        .sheen = layers->has_sheen ? &layers->sheen : NULL,
+                        .coat = layers->has_coat ? &layers->coat : NULL,
+                        .subsurface = layers->has_subsurface ? &layers->subsurface : NULL};
+  layers->has_sheen = layers->has_coat = layers->has_subsurface = 0;
   if (context->emission_only) closure_emit_principled(context->set, context->point, *in[0], &p);
   else closure_add_principled(context->set, context->point, *in[0], &p);
+}
+
+OPERATION(subsurface)
+{
+  const subsurface s = {.weight = 1, .radius = *in[2], .scale = in[3]->x, .ior = in[4]->x, .alpha = in[5]->x,
+                        .anisotropy = in[6]->x, .method = (subsurface_method)immediates[0]};
+  if (!context->emission_only) closure_add_subsurface(context->set, context->point, *in[0], *in[1], &s, *in[7]);
+}
+
+/* Layers wait for the Principled BSDF that comes next. */
+
+OPERATION(sheen_layer)
+{
+  context->layers->sheen = (sheen_layer){in[0]->x, in[1]->x, *in[2]};
+  context->layers->has_sheen = 1;
+}
+
+OPERATION(coat_layer)
+{
+  context->layers->coat = (coat_layer){in[0]->x, in[1]->x, in[2]->x, *in[3], *in[4]};
+  context->layers->has_coat = 1;
+}
+
+OPERATION(subsurface_layer)
+{
+  context->layers->subsurface = (subsurface){.weight = in[0]->x, .radius = *in[1], .scale = in[2]->x, .ior = in[3]->x,
+                                             .anisotropy = in[4]->x, .method = (subsurface_method)immediates[0]};
+  context->layers->has_subsurface = 1;
 }
