@@ -269,7 +269,7 @@ static int walk_below(const tracer *t, batch *b, path *p, const room *room, bent
   if (!subsurface_walk(t, p, drawn->entered, point->normal, hit, drawn->wi, &p->beta, room->exit)) return 0;
   surface surface;
   surface_at(t->scene, room->exit, point->position, &surface);
-  if (!can_leave(t, surface.point.position)) return 0;
+  if (!path_can_leave(t, surface.point.position)) return 0;
   surface.point.ray = p->ray;
   surface.point.footprint = point->footprint;
   closure_set set = {.closures = room->closures[1]};
