@@ -325,34 +325,59 @@ def test_small_lights_beside_a_spinning_hole():
 # ---- The draws ----
 
 
-@pytest.mark.parametrize("bent", [False, True])
-def test_draws_follow_their_probabilities(bent):
-    """Chi-square of 4e4 draws over all triangles, lamps and suns, for points in and around the lights; probabilities
-    sum to 1, and are looked up as they were drawn."""
+def shining_scene(bent):
+    """Three balls, a square, two lamps and two suns; returns the scene and the world corners (3, 3) of all triangles by
+    instance and number."""
     rng = np.random.default_rng(11)
     scene = new_scene()
     if bent:
         scene.set_spacetime(Spacetime.schwarzschild(0.1))
-    for k in range(3):
-        ball = meshes.sphere(0.3, segments=8, rings=4)
-        add(scene, ball, emission((1.0 + k, 1, 0.2)), at=placed(*rng.uniform(-2, 2, 3)))
     tilted = np.array([[0.3, 0, -0.2, 1], [0, -0.5, 0, -1], [0.2, 0, -0.3, 2], [0, 0, 0, 1.0]])
-    add(scene, quad(), emission((4, 4, 4)), at=tilted, one_sided=True)
+    ball = meshes.sphere(0.3, segments=8, rings=4)
+    corners = {}
+    for k in range(4):
+        at, mesh = (tilted, quad()) if k == 3 else (placed(*rng.uniform(-2, 2, 3)), ball)
+        color = (4, 4, 4) if k == 3 else (1.0 + k, 1, 0.2)
+        instance = add(scene, mesh, emission(color), at=at, one_sided=k == 3)
+        for number, triangle in enumerate(mesh[1]):
+            corners[instance, number] = mesh[0][triangle] @ at[:3, :3].T + at[:3, 3]
     add_lamps(scene, (1, 1, 1), (-2, 0, 0.5), intensity=2.0)
     scene.set_suns([(0, 0, 1), (1, 0, 0)], [(0.2, 0.2, 0.2), (0.1, 0.1, 0.1)], [0.5, 0.0])
     scene.commit()
-    n = 40000
-    for point, normal in [((0, 0, 0.7), (0, 0, 1)), ((0.5, 0.3, -1), (0.6, 0, 0.8)), ((-5, 3, 2), (0, 0, 0))]:
-        u = rng.random((n, 4))
-        which, _, probability = scene.draw_lights(np.tile(point, (n, 1)), np.tile(normal, (n, 1)), u)
-        assert probability[:, 1] == pytest.approx(probability[:, 0], rel=1e-9)
-        rows, first, count = np.unique(which, axis=0, return_index=True, return_counts=True)
-        drawn = rows[:, 0] >= 0
-        expected = n * probability[first, 0]
-        often = drawn & (expected > 10)
-        chi2 = ((count - expected)[often] ** 2 / expected[often]).sum()
-        degrees = often.sum()
-        assert degrees > 20 and abs(chi2 - degrees) < 5 * np.sqrt(2 * degrees), (point, chi2, degrees)
+    return scene, corners
+
+
+def quarter(places, corner):
+    """Which of the four congruent parts of a triangle each place lies in."""
+    edges = (corner[1:] - corner[0]).T
+    b = np.linalg.lstsq(edges, (places - corner[0]).T, rcond=None)[0]
+    return np.argmax([np.full(len(places), 0.5), 1 - b[0] - b[1], b[0], b[1]], axis=0)
+
+
+@pytest.mark.parametrize("bent", [False, True])
+@pytest.mark.parametrize(
+    ("point", "normal"), [((0, 0, 0.7), (0, 0, 1)), ((0.5, 0.3, -1), (0.6, 0, 0.8)), ((-5, 3, 2), (0, 0, 0))]
+)
+def test_draws_follow_their_probabilities(bent, point, normal):
+    """Chi-square of 2e5 draws: lamps and suns are drawn as often as is said, and of triangles every quarter has its
+    share of the sum of 1 / density. What weighs against scattering is looked up as it was drawn."""
+    scene, corners = shining_scene(bent)
+    n = 200000
+    u = np.random.default_rng(12).random((n, 4))
+    which, target, probability = scene.draw_lights(np.tile(point, (n, 1)), np.tile(normal, (n, 1)), u)
+    assert probability[:, 2] == pytest.approx(probability[:, 1], rel=1e-9)
+    z = []
+    for row in np.unique(which, axis=0):
+        chosen = (which == row).all(axis=1)
+        drawn, places = probability[chosen, 0], target[chosen]
+        if row[0] in (1, 2):
+            z.append((chosen.sum() - n * drawn[0]) / np.sqrt(n * drawn[0] * (1 - drawn[0])))
+        elif row[0] == 0 and chosen.sum() > 1000:
+            part = quarter(places, corners[row[1], row[2]])
+            for q in range(4):
+                sums = [(drawn[part == q] ** -k).sum() for k in (1, 2)]
+                z.append((sums[0] - n / 4) / np.sqrt(sums[1] - n / 16))
+    assert len(z) >= 4 and max(np.abs(z)) < 5 and abs(np.square(z).mean() - 1) < 5 * np.sqrt(2 / len(z)), z
 
 
 def test_draws_of_the_sky():

@@ -250,12 +250,14 @@ class RenderMethods:
 
         points, normals: (n, 3); a normal of 0 takes light from all sides. u: (n, 4) in [0, 1).
         Returns (n, 3) kind (0 triangle, 1 lamp, 2 sun, 3 sky; -1 nothing), index of instance, lamp or sun, triangle;
-        (n, 3) the world position or asymptotic direction; and (n, 2) the probability with which it was drawn, for the
-        sky the pdf by solid angle, and the same looked up afterwards.
+        (n, 3) the world position or asymptotic direction; and (n, 3) how often it is drawn: the probability of a lamp
+        or sun, of a triangle that times the density of the place over its mean, of the sky the pdf by solid angle; the
+        same as it weighs against scattering, which does not know what the point's surface faces; and that looked up
+        afterwards.
         """
         points, normals, u = (np.ascontiguousarray(a, dtype=np.float64) for a in (points, normals, u))
         n = len(points)
-        which, target, probability = np.empty((n, 3), np.int32), np.empty((n, 3)), np.empty((n, 2))
+        which, target, probability = np.empty((n, 3), np.int32), np.empty((n, 3)), np.empty((n, 3))
         self._draw_lights(points, normals, u, which, target, probability)
         return which, target, probability
 

@@ -9,6 +9,7 @@
 #include "light/light_tree.h"
 #include "light/sky_map.h"
 #include "light/surface.h"
+#include "light/triangle.h"
 #include "scene/shading.h"
 
 /* What the tree holds: a triangle, or (instance < 0) a lamp. */
@@ -23,6 +24,7 @@ struct lights {
   light_tree *tree;        /* NULL without emitters */
   int32_t **of_triangle;   /* for each instance NULL, or for each of its triangles the emitter, or -1 */
   size_t instance_count;
+  double even;             /* chance that a place on a triangle is drawn evenly over its area */
   double *sun_weight;      /* irradiance, about */
   double suns_weight, sky_weight;
   sky_map *sky; /* NULL: not worth drawing */
@@ -32,6 +34,8 @@ struct lights {
 static const double PROBES[4][2] = {{1.0 / 3, 1.0 / 3}, {1.0 / 6, 1.0 / 6}, {2.0 / 3, 1.0 / 6}, {1.0 / 6, 2.0 / 3}};
 /* A group of lights is drawn at least this often. */
 static const double GROUP_SHARE_MIN = 0.05;
+/* lights.even in curved space. */
+static const double BENT_EVEN = 0.5;
 
 static int push(lights *l, emitter e, const light_cluster *cluster)
 {
@@ -197,7 +201,7 @@ bent_status lights_new(const bent_scene *scene, lights **out, bent_error *error)
   lights *l = calloc(1, sizeof *l);
   if (l) l->of_triangle = calloc(g->instance_count + 1, sizeof *l->of_triangle);
   int ok = l && l->of_triangle;
-  if (ok) l->instance_count = g->instance_count;
+  if (ok) l->instance_count = g->instance_count, l->even = is_bent(g) ? BENT_EVEN : 0;
   for (size_t i = 0; ok && i < g->instance_count; i++) ok = add_instance(l, scene, (int)i);
   for (size_t i = 0; ok && scene->lamps && i < scene->lamps->count; i++) ok = add_lamp(l, scene, (int)i);
   if (ok) ok = add_suns(l, scene->suns);
@@ -246,17 +250,17 @@ static shares shares_at(const lights *l, vec3 point, vec3 normal)
   return (shares){raised.tree / sum, raised.suns / sum, raised.sky / sum};
 }
 
-static void place_on_triangle(const bent_scene *scene, const emitter *e, double u, double v, light_sample *out)
+static void place_on_triangle(const lights *l, const bent_scene *scene, const emitter *e, vec3 point, vec3 normal, double u,
+                              double v, light_sample *out)
 {
   vec3 corner[3];
   const vec3 area = triangle_area(scene->geometry, e->instance, e->index, corner);
-  const double root = sqrt(u); /* even over the area (Turk 1990) */
-  out->kind = LIGHT_TRIANGLE;
-  out->index = e->instance;
-  out->triangle = e->index;
-  out->barycentric[0] = root * (1 - v), out->barycentric[1] = root * v;
+  const triangle_view view = triangle_viewed(corner, point, l->even);
+  *out = (light_sample){.kind = LIGHT_TRIANGLE, .index = e->instance, .triangle = e->index};
+  triangle_draw(&view, normal, u, v, out->barycentric, &out->facing);
   out->target = triangle_at(corner, out->barycentric);
   out->area = join_local_area(scene->geometry, out->target, area);
+  out->probability = triangle_density(&view, out->target);
 }
 
 static int draw_emitter(const lights *l, const bent_scene *scene, vec3 point, vec3 normal, double pick, double u, double v,
@@ -266,9 +270,10 @@ static int draw_emitter(const lights *l, const bent_scene *scene, vec3 point, ve
   const int chosen = light_tree_draw(l->tree, point, normal, &pick, &probability);
   if (chosen < 0) return 0;
   const emitter *e = &l->emitters[chosen];
-  if (e->instance >= 0) place_on_triangle(scene, e, u, v, out);
-  else *out = (light_sample){.kind = LIGHT_LAMP, .index = e->index, .target = scene->lamps->list[e->index].position};
-  out->probability = probability;
+  if (e->instance >= 0) place_on_triangle(l, scene, e, point, normal, u, v, out);
+  else *out = (light_sample){.kind = LIGHT_LAMP, .index = e->index, .target = scene->lamps->list[e->index].position,
+                             .probability = 1, .facing = 1};
+  out->probability *= probability;
   return 1;
 }
 
@@ -278,7 +283,7 @@ static void draw_sun(const lights *l, const bent_scene *scene, double pick, doub
   double rest = pick * l->suns_weight;
   while (i + 1 < scene->suns->count && rest >= l->sun_weight[i]) rest -= l->sun_weight[i++];
   *out = (light_sample){.kind = LIGHT_SUN, .index = (int)i, .target = cap_draw(&scene->suns->list[i].disk, u, v),
-                        .probability = l->sun_weight[i] / l->suns_weight};
+                        .probability = l->sun_weight[i] / l->suns_weight, .facing = 1};
 }
 
 int lights_draw(const lights *l, const bent_scene *scene, vec3 point, vec3 normal, const double u[4], light_sample *out)
@@ -292,7 +297,7 @@ int lights_draw(const lights *l, const bent_scene *scene, vec3 point, vec3 norma
     draw_sun(l, scene, min2(pick / share.suns, 1 - 1e-9), u[1], u[2], out);
   } else if (share.sky > 0) {
     group = share.sky;
-    *out = (light_sample){.kind = LIGHT_SKY};
+    *out = (light_sample){.kind = LIGHT_SKY, .facing = 1};
     out->probability = sky_map_draw(l->sky, u[1], u[2], &out->target);
   } else {
     return 0;
@@ -319,11 +324,16 @@ int lights_draw_triangle(const lights *l, int instance, int triangle)
 
 int lights_draw_sky(const lights *l) { return l->suns_weight > 0 || l->sky; }
 
-double lights_triangle_probability(const lights *l, int instance, int triangle, vec3 point, vec3 normal)
+double lights_triangle_probability(const lights *l, const bent_scene *scene, int instance, int triangle, vec3 place,
+                                   vec3 point, vec3 normal)
 {
   if (!lights_draw_triangle(l, instance, triangle)) return 0;
   const int emitter = l->of_triangle[instance][triangle];
-  return shares_at(l, point, normal).tree * light_tree_probability(l->tree, emitter, point, normal);
+  const double chosen = light_tree_probability(l->tree, emitter, point, normal);
+  vec3 corner[3];
+  triangle_area(scene->geometry, instance, triangle, corner);
+  const triangle_view view = triangle_viewed(corner, point, l->even);
+  return shares_at(l, point, normal).tree * chosen * triangle_density(&view, place);
 }
 
 double lights_sun_probability(const lights *l, size_t sun, vec3 point, vec3 normal)

@@ -19,7 +19,9 @@ typedef struct light_sample {
   double barycentric[2];
   vec3 target;        /* world position; of suns and sky: unit asymptotic direction */
   vec3 area;          /* triangle: its area vector, as the observer at rest at the target measures it */
-  double probability; /* of the triangle, lamp or sun, whose places are equally likely; of the sky: pdf by solid angle */
+  /* Of the triangle, times the density of places on it, over the mean; of the lamp; of the sun, whose places are equally likely;
+   * of the sky: pdf by solid angle. `facing` times that if what a surface faces was drawn more often: see triangle.h. */
+  double probability, facing;
 } light_sample;
 
 /* Lights of a scene whose geometry is committed. */
@@ -40,8 +42,9 @@ vec3 lights_triangle_area(const bent_scene *scene, int instance, int triangle, v
 /* Whether lights_draw may choose a triangle, or anything in the sky. */
 int lights_draw_triangle(const lights *lights, int instance, int triangle);
 int lights_draw_sky(const lights *lights);
-/* What lights_draw has as `probability` of a triangle, a sun or a direction of the sky; 0 if it never draws it. */
-double lights_triangle_probability(const lights *lights, int instance, int triangle, vec3 point, vec3 normal);
+/* What lights_draw has as `probability` of a place on a triangle, a sun or a direction of the sky; 0 if it never draws it. */
+double lights_triangle_probability(const lights *lights, const bent_scene *scene, int instance, int triangle, vec3 place,
+                                   vec3 point, vec3 normal);
 double lights_sun_probability(const lights *lights, size_t sun, vec3 point, vec3 normal);
 double lights_sky_pdf(const lights *lights, vec3 direction, vec3 point, vec3 normal);
 #endif

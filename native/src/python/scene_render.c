@@ -188,18 +188,19 @@ static PyObject *set_lamps(PyObject *self, PyObject *args)
 
 /* Draws a light for one point; `which`, `target` and `probability` as render.py says. */
 static void draw_light(const bent_scene *scene, const double point[3], const double normal[3], const double u[4],
-                       int32_t which[3], double target[3], double probability[2])
+                       int32_t which[3], double target[3], double probability[3])
 {
   const vec3 p = v3_from(point), n = v3_from(normal);
   light_sample s = {.kind = LIGHT_TRIANGLE, .index = -1, .triangle = -1, .target = {NAN, NAN, NAN}};
   const int drawn = lights_draw(scene->lights, scene, p, n, u, &s);
   which[0] = drawn ? (int32_t)s.kind : -1, which[1] = s.index, which[2] = s.triangle;
   v3_to(target, s.target);
-  probability[0] = probability[1] = s.probability;
+  probability[0] = s.probability * s.facing;
+  probability[1] = probability[2] = s.probability;
   if (drawn && s.kind == LIGHT_TRIANGLE)
-    probability[1] = lights_triangle_probability(scene->lights, s.index, s.triangle, p, n);
-  if (drawn && s.kind == LIGHT_SUN) probability[1] = lights_sun_probability(scene->lights, (size_t)s.index, p, n);
-  if (drawn && s.kind == LIGHT_SKY) probability[1] = lights_sky_pdf(scene->lights, s.target, p, n);
+    probability[2] = lights_triangle_probability(scene->lights, scene, s.index, s.triangle, s.target, p, n);
+  if (drawn && s.kind == LIGHT_SUN) probability[2] = lights_sun_probability(scene->lights, (size_t)s.index, p, n);
+  if (drawn && s.kind == LIGHT_SKY) probability[2] = lights_sky_pdf(scene->lights, s.target, p, n);
 }
 
 static PyObject *draw_lights(PyObject *self, PyObject *args)
@@ -211,18 +212,18 @@ static PyObject *draw_lights(PyObject *self, PyObject *args)
   const bent_scene *scene = scene_value(self);
   if (!scene) return NULL;
   if (!scene->committed) return PyErr_SetString(PyExc_RuntimeError, "scene: has edits without a commit"), NULL;
-  Py_ssize_t rows[] = {-1, 3}, numbers[] = {-1, 4}, pairs[] = {-1, 2};
+  Py_ssize_t rows[] = {-1, 3}, numbers[] = {-1, 4};
   buffer b[6] = {0};
   PyObject *result = NULL;
   if (!buffer_get(&b[0], objects[0], "points", 'd', 2, rows, BUFFER_FINITE) &&
-      (numbers[0] = pairs[0] = rows[0], 1) && !buffer_get(&b[1], objects[1], "normals", 'd', 2, rows, BUFFER_FINITE) &&
+      (numbers[0] = rows[0], 1) && !buffer_get(&b[1], objects[1], "normals", 'd', 2, rows, BUFFER_FINITE) &&
       !buffer_get(&b[2], objects[2], "u", 'd', 2, numbers, BUFFER_FINITE) &&
       !buffer_get(&b[3], objects[3], "which", 'i', 2, rows, BUFFER_WRITE) &&
       !buffer_get(&b[4], objects[4], "target", 'd', 2, rows, BUFFER_WRITE) &&
-      !buffer_get(&b[5], objects[5], "probability", 'd', 2, pairs, BUFFER_WRITE)) {
+      !buffer_get(&b[5], objects[5], "probability", 'd', 2, rows, BUFFER_WRITE)) {
     const double(*points)[3] = buffer_data(&b[0]), (*normals)[3] = buffer_data(&b[1]), (*u)[4] = buffer_data(&b[2]);
     int32_t(*which)[3] = buffer_data(&b[3]);
-    double(*target)[3] = buffer_data(&b[4]), (*probability)[2] = buffer_data(&b[5]);
+    double(*target)[3] = buffer_data(&b[4]), (*probability)[3] = buffer_data(&b[5]);
     for (Py_ssize_t i = 0; i < rows[0]; i++)
       draw_light(scene, points[i], normals[i], u[i], which[i], target[i], probability[i]);
     result = Py_NewRef(Py_None);

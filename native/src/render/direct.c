@@ -89,8 +89,9 @@ double direct_weight_emission(const tracer *t, const path *p, const reach *reach
   const instance *emitter = &t->scene->geometry->instances[hit->instance];
   if (!is_lit_path(&emitter->influence, p)) return 0;
   if (!reach->joined) return 1;
-  const double probability = lights_triangle_probability(t->scene->lights, hit->instance, hit->triangle,
-                                                         p->scattered.position, p->scattered.normal);
+  const double probability =
+      lights_triangle_probability(t->scene->lights, t->scene, hit->instance, hit->triangle, v3_from(hit->position),
+                                  p->scattered.position, p->scattered.normal);
   if (!(probability > 0)) return 1;
   const vec3 area = lights_triangle_area(t->scene, hit->instance, hit->triangle, v3_from(hit->position));
   const double pdf = probability / fabs(v3_dot(area, reach->cone));
@@ -201,7 +202,7 @@ static vec3 joined_light(const tracer *t, const lit_vertex *v, const light_sampl
   if (!(v3_max(value) > 0)) return dark;
   const int weighed =
       !b.point && t->settings->light_sampling == BENT_LIGHTS_BOTH && is_shared(b.visibility, &b.influence);
-  const double weight = (weighed ? heuristic(b.pdf, pdf) : 1) / b.pdf;
+  const double weight = (weighed ? heuristic(b.pdf, pdf) : 1) / (b.pdf * s->facing);
   const vec3 light = path_limited(t, v->point.ray.bounces + 1, v3_mul(v->beta, v3_scale(value, weight)));
   return v3_is_finite(light) ? light : dark;
 }

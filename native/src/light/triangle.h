@@ -1,0 +1,26 @@
+/* Places on a triangle, drawn by the solid angle that they cover as seen straight from a point (Arvo 1995), and more often
+ * where the point's surface faces them. In curved space some places are drawn evenly over the area: light may come from
+ * where the straight view is edge-on. */
+#ifndef BENT_LIGHT_TRIANGLE_H
+#define BENT_LIGHT_TRIANGLE_H
+#include "base/vec3.h"
+
+/* A triangle as a point sees it. */
+typedef struct triangle_view {
+  vec3 corner[3], point;
+  double even;        /* chance that a place is drawn evenly over the area; 1 if the view is too small or edge-on */
+  double solid_angle; /* the rest of this structure: only if even < 1 */
+  double area_over;   /* area / solid_angle */
+  vec3 normal;        /* unit */
+  vec3 seen[3];       /* unit directions to the corners */
+} triangle_view;
+
+triangle_view triangle_viewed(const vec3 corner[3], vec3 point, double even);
+/* How often a place is drawn per area, over the mean of the triangle, but for the facing of the point's surface. */
+double triangle_density(const triangle_view *view, vec3 place);
+/* Draws a place by (u, v) in [0, 1)^2: weights of the second and third corner. normal: of the point's surface, towards its lit
+ * side; 0: it is lit from all around. The place is drawn *facing * triangle_density times as often as on average. The weight
+ * 1 / (facing * density) makes an unbiased estimate, and so do weights of multiple importance sampling that are made of
+ * triangle_density alone on both sides. */
+void triangle_draw(const triangle_view *view, vec3 normal, double u, double v, double barycentric[2], double *facing);
+#endif
