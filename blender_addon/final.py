@@ -101,6 +101,9 @@ def render_settings(
         clamp_direct=user.clamp_direct,
         clamp_indirect=user.clamp_indirect,
         light_sampling=user.light_sampling,
+        blur_glossy=user.blur_glossy,
+        caustics_reflective=user.caustics_reflective,
+        caustics_refractive=user.caustics_refractive,
         portal_sampling=user.portal_sampling,
         light_threshold=user.light_threshold,
     )

@@ -155,6 +155,28 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
         soft_max=100.0,
         default=0.0,
     )
+    blur_glossy: FloatProperty(
+        name="Filter Glossy",
+        description=(
+            "Blurs reflections and refractions that are seen by way of a blurry bounce, as in Cycles: less noise, but "
+            "soft caustics. 0: off"
+        ),
+        min=0.0,
+        max=10.0,
+        default=0.0,
+    )
+    caustics_reflective: BoolProperty(
+        name="Reflective Caustics",
+        description=(
+            "Light that glossy surfaces throw on diffuse ones. Without it the picture is darker and has less noise"
+        ),
+        default=True,
+    )
+    caustics_refractive: BoolProperty(
+        name="Refractive Caustics",
+        description="Light that glass throws on diffuse surfaces. Without it the picture is darker and has less noise",
+        default=True,
+    )
     light_threshold: FloatProperty(
         name="Light Threshold",
         description=(

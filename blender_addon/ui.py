@@ -67,6 +67,10 @@ class BENTLIGHT_PT_light_paths(_Panel, bpy.types.Panel):
         clamp = self.column()
         clamp.prop(settings, "clamp_direct")
         clamp.prop(settings, "clamp_indirect")
+        caustics = self.column()
+        caustics.prop(settings, "blur_glossy")
+        caustics.prop(settings, "caustics_reflective")
+        caustics.prop(settings, "caustics_refractive")
 
 
 class BENTLIGHT_PT_film(_Panel, bpy.types.Panel):

@@ -288,12 +288,14 @@ def test_settings_reach_the_native_renderer():
     user.samples, user.seed, user.max_bounces, user.transparent_bounces = 33, 5, 7, 3
     user.tolerance, user.clamp_indirect, user.pixel_filter = 1e-3, 2.0, "GAUSSIAN"
     user.clamp_direct, user.light_threshold, user.portal_sampling = 3.0, 0.5, False
+    user.blur_glossy, user.caustics_reflective, user.caustics_refractive = 1.0, False, False
     scene.render.filter_size, scene.render.film_transparent = 2.0, True
     found = final.render_settings(scene, layer, is_preview=False)
     assert (found.width, found.height, found.sample_count, found.seed) == (64, 48, 33, 5)
     assert {found.max_bounces, found.diffuse_bounces, found.glossy_bounces, found.transmission_bounces} == {7}
     assert (found.transparent_bounces, found.clamp_indirect, found.filter) == (3, 2.0, "GAUSSIAN")
     assert (found.clamp_direct, found.light_threshold, found.portal_sampling) == (3.0, 0.5, False)
+    assert (found.blur_glossy, found.caustics_reflective, found.caustics_refractive) == (1.0, False, False)
     assert (found.filter_width, found.film_transparent) == (6.0, True)  # a Gaussian reaches three times as far
     assert found.tolerance == pytest.approx(1e-3)
     assert (found.noise_threshold, found.min_samples) == (pytest.approx(0.01), 64)

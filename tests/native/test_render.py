@@ -165,6 +165,8 @@ def test_progress_counts_samples(room):
         ({"clamp_indirect": -1.0}, "clamp_indirect"),
         ({"clamp_direct": -1.0}, "clamp_direct"),
         ({"light_threshold": -0.1}, "light_threshold"),
+        ({"blur_glossy": -0.1}, "blur_glossy"),
+        ({"blur_glossy": float("nan")}, "blur_glossy"),
         ({"clamp_indirect": float("nan")}, "clamp_indirect"),
         ({"alpha_threshold": 1.5}, "alpha_threshold"),
     ],

@@ -99,6 +99,11 @@ typedef struct bent_render_settings {
   int film_transparent;      /* the sky seen by the camera has alpha 0 and no color in `combined` */
   double clamp_direct;       /* largest contribution (mean of RGB) of light scattered once at most; 0: off */
   double clamp_indirect;     /* the same of light scattered more often */
+  /* Cycles' Filter Glossy: after a scattering of pdf p, the least of the path's, microfacets are at least as rough as
+   * alpha = sqrt(1 - p / blur_glossy) / 2. Less noise of caustics, but blurred. 0: off. */
+  double blur_glossy;
+  int caustics_reflective, caustics_refractive; /* 0: rays that were scattered diffusely see no reflection, or no
+                                                 * refraction, by microfacets: the caustics are missing */
   bent_light_sampling light_sampling;
   int portal_sampling;       /* some scattered rays are aimed at wormholes' mouths; the mean is the same */
   double light_threshold;    /* connections that would bring a sample less than this are traced by chance only; 0: all */

@@ -57,6 +57,9 @@ class RenderSettings:
     light_sampling: how lights are found. 'SCATTERING': by scattered rays that happen to meet them; 'CONNECTIONS': by
         rays that join a point on a light with the surface, where they are known; 'BOTH': each where it is better. The
         mean of a picture is the same, except that lamps and suns without size need connections.
+    blur_glossy: Cycles' Filter Glossy: what is seen by way of a blurry scattering is made rougher, which takes noise
+        and blurs caustics; 0 is off. caustics_reflective, caustics_refractive: whether rays that were scattered
+        diffusely see reflections and refractions by glossy surfaces and glass.
     portal_sampling: aims some scattered rays at the mouths of wormholes; the mean is the same.
     light_threshold: connections that would bring a sample less light than this are traced by chance only, in
         proportion, which costs some noise and no bias; 0 traces all.
@@ -84,6 +87,9 @@ class RenderSettings:
     clamp_direct: float = 0.0
     clamp_indirect: float = 0.0
     light_sampling: str = "BOTH"
+    blur_glossy: float = 0.0
+    caustics_reflective: bool = True
+    caustics_refractive: bool = True
     portal_sampling: bool = True
     light_threshold: float = 0.01
     alpha_threshold: float = 0.5

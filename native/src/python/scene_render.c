@@ -346,17 +346,19 @@ static PyObject *render_tile(PyObject *self, PyObject *args, PyObject *keywords)
                           "min_samples", "max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces",
                           "transparent_bounces", "roulette_start", "photon_ring_samples", "tolerance", "filter",
                           "filter_width", "film_transparent", "clamp_indirect", "light_sampling", "alpha_threshold",
-                          "noise_threshold", "light_threshold", "clamp_direct", "portal_sampling", "resume", NULL};
+                          "noise_threshold", "light_threshold", "clamp_direct", "portal_sampling", "resume",
+                          "blur_glossy", "caustics_reflective", "caustics_refractive", NULL};
   bent_render_settings s = {0};
   long long tile[4], whole[WHOLE_FIELDS];
   PyObject *channels, *progress_object;
   const char *filter, *light_sampling;
   if (!PyArg_ParseTupleAndKeywords(
-          args, keywords, "(LLLL)O!OLLLLLLLLLLLLLdsdpdsddddpp:render_tile", names, &tile[0], &tile[1], &tile[2],
+          args, keywords, "(LLLL)O!OLLLLLLLLLLLLLdsdpdsddddppdpp:render_tile", names, &tile[0], &tile[1], &tile[2],
           &tile[3], &PyDict_Type, &channels, &progress_object, &whole[0], &whole[1], &whole[2], &whole[3], &whole[4],
           &whole[5], &whole[6], &whole[7], &whole[8], &whole[9], &whole[10], &whole[11], &whole[12], &s.tolerance,
           &filter, &s.filter_width, &s.film_transparent, &s.clamp_indirect, &light_sampling, &s.alpha_threshold,
-          &s.noise_threshold, &s.light_threshold, &s.clamp_direct, &s.portal_sampling, &s.resume))
+          &s.noise_threshold, &s.light_threshold, &s.clamp_direct, &s.portal_sampling, &s.resume,
+          &s.blur_glossy, &s.caustics_reflective, &s.caustics_refractive))
     return NULL;
   int ok;
   bent_progress *progress = progress_value(progress_object, &ok);

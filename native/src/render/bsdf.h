@@ -14,6 +14,7 @@ typedef struct bsdf_sample {
   vec3 wi;
   vec3 weight;    /* f(wo, wi) |cos| / pdf of the whole set; the throughput factor */
   double pdf;     /* solid angle, of the whole set; 0 for a delta lobe (mirror, smooth glass, transparent, subsurface) */
+  double lobes_pdf; /* the same of the lobes alone, after portal_draw */
   bsdf_lobe lobe; /* values agree with bent_visibility bits where both exist */
   const closure *entered; /* LOBE_SUBSURFACE: of which lobe; wi points into the surface */
 } bsdf_sample;

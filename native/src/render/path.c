@@ -123,7 +123,7 @@ static int start(const tracer *t, const pixel_sample *wanted, path *p, bent_ray 
     return 0;
   }
   *p = (path){.scattered = {.position = camera.origin}, .beta = {1, 1, 1}, .feature_beta = {1, 1, 1}, .alpha = 1,
-              .ray = {.kinds = RAY_CAMERA}, .pixel_key = key, .sample = wanted->sample,
+              .least_pdf = INFINITY, .ray = {.kinds = RAY_CAMERA}, .pixel_key = key, .sample = wanted->sample,
               .depth_per_length = camera.depth_per_length};
   *ray = (bent_ray){.length_min = camera.length_min, .length_max = camera.length_max,
                     .visibility = BENT_VISIBLE_CAMERA};
@@ -298,6 +298,7 @@ static int scatter(const tracer *t, batch *b, path *p, const room *room, bent_ra
   if (drawn.lobe == LOBE_SUBSURFACE) return walk_below(t, b, p, room, ray, hit, point, &drawn);
   p->ray = path_scattered(p->ray, set, drawn.lobe, drawn.pdf == 0);
   p->last = is_last(t->settings, &p->ray);
+  if (drawn.pdf > 0) p->least_pdf = min2(p->least_pdf, drawn.lobes_pdf);
   if (!survives(t->settings, p, u[3])) return 0;
   p->scattered = (scattering){point->position, direct_normal(point, set), drawn.wi, drawn.pdf,
                               t->scene->geometry->instances[hit->instance].receiver_set, 0, -1, 0};
@@ -342,6 +343,14 @@ static int shine_through(const tracer *t, path *p, const reach *reach, const sur
   return !(v3_max(emission) > 0) || p->ray.transparent++ < t->settings->transparent_bounces;
 }
 
+/* Cycles' Filter Glossy: what is seen after a blurry bounce is made rougher, the more so the blurrier the bounce was. */
+static void blur(const tracer *t, const path *p, closure_set *set)
+{
+  if (!(t->settings->blur_glossy > 0)) return;
+  const double pdf = p->least_pdf / t->settings->blur_glossy;
+  if (pdf < 1) closure_set_blur(set, 0.5 * sqrt(1 - pdf));
+}
+
 /* A surface. Returns 1 if the path goes on along *ray. */
 static int shade_surface(const tracer *t, batch *b, path *p, const reach *reach, const room *room, bent_ray *ray,
                          const bent_hit *hit, sample_record *record)
@@ -349,6 +358,10 @@ static int shade_surface(const tracer *t, batch *b, path *p, const reach *reach,
   surface surface;
   surface_at(t->scene, hit, p->scattered.position, &surface);
   surface.point.ray = p->ray;
+  if (p->ray.kinds & RAY_DIFFUSE) { /* paths to caustics: a diffuse surface sees a light in a mirror or through glass */
+    surface.point.no_reflection = !t->settings->caustics_reflective;
+    surface.point.no_refraction = !t->settings->caustics_refractive;
+  }
   p->way += hit->length;
   surface.point.footprint = t->pixel_size + t->pixel_slope * p->way;
   if (p->vertex >= VERTICES_MAX || !path_can_leave(t, surface.point.position)) return 0;
@@ -364,6 +377,7 @@ static int shade_surface(const tracer *t, batch *b, path *p, const reach *reach,
   } else {
     closure_set set = {.closures = room->closures[0]};
     shading_evaluate(t->scene->shading, surface.material, &surface.point, &set);
+    blur(t, p, &set);
     gather_emission(t, p, hit, reach, set.emission, record);
     if (p->ray.bounces == 0) p->alpha -= v3_average(v3_mul(p->beta, set.holdout));
     if (p->ray.bounces == 0) describe_surface(t, p, hit->length, record, &surface.point, &set);

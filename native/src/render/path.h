@@ -45,6 +45,7 @@ typedef struct path {
   double way; /* length of all rays before this one */
   double winding, error; /* of the camera ray: half turns and radians */
   uint32_t pixel_key, sample;
+  double least_pdf; /* of all scatterings by lobes that are not sharp: how blurred the view is, at least */
   uint32_t vertex; /* surfaces met; numbers the random sets */
   ray_history ray;
   int record;

@@ -22,7 +22,7 @@ static const uint32_t LEARNING_SEED = 0x7072746c;
 static const bent_render_settings LEARNING = {
     .width = 1, .height = 1, .sample_count = 1, .max_bounces = 3, .diffuse_bounces = 3, .glossy_bounces = 3,
     .transmission_bounces = 3, .transparent_bounces = 8, .roulette_start = 2, .tolerance = 1e-3, .filter_width = 1,
-    .light_sampling = BENT_LIGHTS_BOTH, .light_threshold = 0.01};
+    .light_sampling = BENT_LIGHTS_BOTH, .light_threshold = 0.01, .caustics_reflective = 1, .caustics_refractive = 1};
 
 struct portals {
   double *radiance;    /* that comes to a throat from each of its sides, mean; by home */
@@ -139,6 +139,7 @@ int portal_draw(const portal_mix *mix, const closure_set *set, const shade_point
   }
   const double pdf = portal_pdf(mix, out->wi, out->pdf);
   out->weight = v3_scale(out->weight, out->pdf / pdf);
+  out->lobes_pdf = out->pdf;
   out->pdf = pdf;
   return 1;
 }
@@ -158,7 +159,7 @@ static void start(const tracer *t, const lens *l, int side, uint32_t key, uint32
   const vec3 direction = v3_normalize(v3_mad(x, across * cos(turn), v3_mad(y, across * sin(turn), v3_scale(outward, sqrt(1 - u[2])))));
   const double core = bent_spacetime_core_radius(&l->spacetime) * l->scale * (side == THIS_SIDE ? 1 + 1e-6 : 1 - 1e-6);
   const vec3 origin = v3_mad(place, core, l->center);
-  *p = (path){.scattered = {.position = origin, .first_lens = -1}, .beta = {1, 1, 1}, .ray = RAY_SCATTERED,
+  *p = (path){.scattered = {.position = origin, .first_lens = -1}, .beta = {1, 1, 1}, .least_pdf = INFINITY, .ray = RAY_SCATTERED,
               .pixel_key = key, .sample = sample, .described = 1, .featured = 1};
   *ray = (bent_ray){.length_max = INFINITY, .visibility = BENT_VISIBLE_DIFFUSE};
   path_set_ray(t, ray, origin, direction, NULL);

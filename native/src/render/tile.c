@@ -38,6 +38,9 @@ static bent_status check(const bent_scene *scene, const bent_render_settings *s,
   if (!(s->clamp_direct >= 0 && s->clamp_indirect >= 0))
     return bent_fail(error, BENT_ERROR_ARGUMENT, "render: clamp_direct and clamp_indirect must not be negative, got %g, %g",
                      s->clamp_direct, s->clamp_indirect);
+  if (!(s->blur_glossy >= 0 && isfinite(s->blur_glossy)))
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "render: blur_glossy must be finite and not negative, got %g",
+                     s->blur_glossy);
   if (!(s->noise_threshold >= 0) || s->min_samples < 2)
     return bent_fail(error, BENT_ERROR_ARGUMENT,
                      "render: noise_threshold must not be negative and min_samples at least 2, got %g and %u",

@@ -51,6 +51,7 @@ closure *closure_next(closure_set *set, closure_kind kind, vec3 weight)
   c->weight = weight;
   c->alpha = c->alpha_y = 0;
   c->ior = c->energy_scale = 1;
+  c->no_reflection = c->no_refraction = 0;
   return c;
 }
 
@@ -205,6 +206,7 @@ void closure_add_metallic(closure_set *set, const shade_point *point, vec3 weigh
                           vec3 tint_or_extinction, double roughness, vec3 normal, const stretch *stretch,
                           int multiscatter, int physical)
 {
+  if (point->no_reflection) return;
   closure *c = closure_next_microfacet(set, CLOSURE_REFLECTION, point, v3_positive(weight), roughness, normal);
   if (!c) return;
   closure_stretch_along(c, stretch);
@@ -216,6 +218,7 @@ void closure_add_metallic(closure_set *set, const shade_point *point, vec3 weigh
 void closure_add_glossy(closure_set *set, const shade_point *point, vec3 weight, vec3 color, double roughness,
                         vec3 normal, const stretch *stretch, int multiscatter)
 {
+  if (point->no_reflection) return;
   closure *c = closure_next_microfacet(set, CLOSURE_REFLECTION, point, v3_positive(v3_mul(weight, v3_positive(color))),
                                        roughness, normal);
   if (!c) return;
@@ -234,6 +237,8 @@ void closure_finish_glass(closure_set *set, closure *c, const shade_point *point
 {
   const double mu = saturate(v3_dot(c->normal, point->wo)), roughness = closure_roughness(c);
   double single = 1;
+  c->no_reflection = point->no_reflection, c->no_refraction = point->no_refraction;
+  if (c->no_refraction) fss = v3(0, 0, 0);
   if (!closure_is_delta(c)) {
     orient(c, point);
     single = microfacet_glass_albedo(roughness, mu, c->ior);
@@ -248,6 +253,7 @@ void closure_finish_glass(closure_set *set, closure *c, const shade_point *point
 void closure_add_glass(closure_set *set, const shade_point *point, vec3 weight, vec3 color, double roughness, double ior,
                        vec3 normal, int multiscatter)
 {
+  if (point->no_reflection && point->no_refraction) return;
   closure *c = closure_next_microfacet(set, CLOSURE_GLASS, point, v3_positive(v3_mul(weight, v3_positive(color))),
                                        roughness, normal);
   if (!c) return;
@@ -260,6 +266,7 @@ void closure_add_glass(closure_set *set, const shade_point *point, vec3 weight, 
 void closure_add_refraction(closure_set *set, const shade_point *point, vec3 weight, vec3 color, double roughness,
                             double ior, vec3 normal)
 {
+  if (point->no_refraction) return;
   closure *c = closure_next_microfacet(set, CLOSURE_REFRACTION, point, v3_positive(v3_mul(weight, v3_positive(color))),
                                        roughness, normal);
   if (!c) return;
@@ -319,4 +326,14 @@ void closure_set_finish(closure_set *set)
   double total = 0;
   for (int i = 0; i < set->count; i++) total += set->closures[i].share;
   for (int i = 0; i < set->count; i++) set->closures[i].share = total > 0 ? set->closures[i].share / total : 0;
+}
+
+void closure_set_blur(closure_set *set, double alpha)
+{
+  set->delta_count = 0;
+  for (int i = 0; i < set->count; i++) {
+    closure *c = &set->closures[i];
+    if (closure_is_microfacet(c)) c->alpha = max2(c->alpha, alpha), c->alpha_y = max2(c->alpha_y, alpha);
+    set->delta_count += closure_is_delta(c);
+  }
 }

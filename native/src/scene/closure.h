@@ -54,6 +54,7 @@ typedef struct closure {
   double energy_scale;      /* makes up for light lost between microfacets; 1 for single scattering */
   vec3 f0, edge;            /* Fresnel colors; of subsurface f0 is the color */
   vec3 transmission_color;  /* glass: tint of what is refracted */
+  int no_reflection, no_refraction; /* glass: one of the two is left out */
   vec3 multiscatter;        /* diffuse with roughness: the part of the second bounce that depends on wo only */
   vec3 albedo;              /* estimate, with the weight, for this wo */
 } closure;
@@ -138,6 +139,8 @@ void closure_emit_principled(closure_set *set, const struct shade_point *point, 
 double closure_oren_nayar_single(double sigma, double nl, double nv, double lv);
 double closure_oren_nayar_albedo(double sigma, double cos_n);
 
+/* Makes microfacets at least as rough as `alpha`, after closure_set_finish; all else stays, as in Cycles. */
+void closure_set_blur(closure_set *set, double alpha);
 /* Normalizes the shares. Call once after the last add. */
 void closure_set_finish(closure_set *set);
 

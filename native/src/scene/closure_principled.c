@@ -50,12 +50,15 @@ static vec3 principled_coat(closure_set *set, const shade_point *point, vec3 wei
   const coat_layer *coat = p->coat;
   if (!coat) return weight;
   const double amount = saturate(coat->weight), ior = min2(max2(coat->ior, 1), 1e3);
-  closure *c = closure_next_microfacet(set, CLOSURE_REFLECTION, point, v3_scale(weight, amount), coat->roughness,
-                                       coat->normal);
+  closure unused[1];
+  closure_set left_out = {.closures = unused}; /* the coat still tints if it must not reflect */
+  closure *c = closure_next_microfacet(point->no_reflection ? &left_out : set, CLOSURE_REFLECTION, point,
+                                       v3_scale(weight, amount), coat->roughness, coat->normal);
   if (!c) return weight;
   const double sine2 = 1 - squared(v3_dot(c->normal, point->wo));
   const double path = 1 / sqrt(max2(1 - sine2 / squared(ior), 1e-6));
-  weight = layer_below(weight, finish_dielectric(set, c, point, ior, v3_splat(fresnel_f0(ior)), 1));
+  if (!point->no_reflection)
+    weight = layer_below(weight, finish_dielectric(set, c, point, ior, v3_splat(fresnel_f0(ior)), 1));
   const vec3 tint = v3_positive(coat->tint), through = v3(pow(tint.x, path), pow(tint.y, path), pow(tint.z, path));
   return v3_positive(v3_mul(weight, v3_mix(v3_splat(1), through, amount)));
 }
@@ -64,6 +67,7 @@ static vec3 principled_metal(closure_set *set, const shade_point *point, vec3 we
 {
   const double metallic = saturate(p->metallic);
   if (metallic == 0) return weight;
+  if (point->no_reflection) return v3_scale(weight, 1 - metallic);
   closure *c = closure_next_microfacet(set, CLOSURE_REFLECTION, point, v3_scale(weight, metallic), p->roughness,
                                        p->normal);
   if (c) {
@@ -78,7 +82,9 @@ static vec3 principled_glass(closure_set *set, const shade_point *point, vec3 we
   const double transmission = saturate(p->transmission), roughness = saturate(p->roughness);
   if (transmission == 0) return weight;
   const vec3 color = v3_saturate(p->base_color);
-  closure *c = closure_next_microfacet(set, CLOSURE_GLASS, point, v3_scale(weight, transmission), roughness, p->normal);
+  const int left_out = point->no_reflection && point->no_refraction;
+  closure *c = left_out ? NULL : closure_next_microfacet(set, CLOSURE_GLASS, point, v3_scale(weight, transmission),
+                                                         roughness, p->normal);
   if (c) {
     c->fresnel = FRESNEL_TINTED;
     c->ior = closure_ior_beyond(point, p->ior);
@@ -102,7 +108,7 @@ static double specular_ior(const principled *p, double *f0)
 static vec3 principled_specular(closure_set *set, const shade_point *point, vec3 weight, const principled *p, double eta,
                                 double f0)
 {
-  if (eta == 1) return weight;
+  if (eta == 1 || point->no_reflection) return weight;
   closure *c = closure_next_microfacet(set, CLOSURE_REFLECTION, point, weight, p->roughness, p->normal);
   if (!c) return weight;
   closure_stretch_along(c, &p->stretch);

@@ -92,5 +92,7 @@ static inline __attribute__((always_inline)) void fresnel_colors(const closure *
   } else {
     *reflected = fresnel_of_metal(c, cos_i);
   }
+  if (c->no_reflection) *reflected = v3(0, 0, 0);
+  if (c->no_refraction) *transmitted = v3(0, 0, 0);
 }
 #endif

@@ -60,6 +60,7 @@ typedef struct shade_point {
   const float (*corner_uvs)[2], *corner_generated[3]; /* of the triangle; NULL: none */
   double footprint;      /* about the size of a pixel here, world units; 0: not known */
   ray_history ray;       /* that looks */
+  int no_reflection, no_refraction; /* of microfacets: they are left out of the material */
 } shade_point;
 
 /* Runs `material` (an index from bent_scene_add_material, or anything else: default grey) at `point`. out->closures has
