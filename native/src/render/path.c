@@ -344,11 +344,11 @@ static int shine_through(const tracer *t, path *p, const reach *reach, const sur
 }
 
 /* Cycles' Filter Glossy: what is seen after a blurry bounce is made rougher, the more so the blurrier the bounce was. */
-static void blur(const tracer *t, const path *p, closure_set *set)
+static void blur(const tracer *t, const path *p, const shade_point *point, closure_set *set)
 {
   if (!(t->settings->blur_glossy > 0)) return;
   const double pdf = p->least_pdf / t->settings->blur_glossy;
-  if (pdf < 1) closure_set_blur(set, 0.5 * sqrt(1 - pdf));
+  if (pdf < 1) closure_set_blur(set, point, 0.5 * sqrt(1 - pdf));
 }
 
 /* A surface. Returns 1 if the path goes on along *ray. */
@@ -377,7 +377,7 @@ static int shade_surface(const tracer *t, batch *b, path *p, const reach *reach,
   } else {
     closure_set set = {.closures = room->closures[0]};
     shading_evaluate(t->scene->shading, surface.material, &surface.point, &set);
-    blur(t, p, &set);
+    blur(t, p, &surface.point, &set);
     gather_emission(t, p, hit, reach, set.emission, record);
     if (p->ray.bounces == 0) p->alpha -= v3_average(v3_mul(p->beta, set.holdout));
     if (p->ray.bounces == 0) describe_surface(t, p, hit->length, record, &surface.point, &set);

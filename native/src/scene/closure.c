@@ -328,12 +328,15 @@ void closure_set_finish(closure_set *set)
   for (int i = 0; i < set->count; i++) set->closures[i].share = total > 0 ? set->closures[i].share / total : 0;
 }
 
-void closure_set_blur(closure_set *set, double alpha)
+void closure_set_blur(closure_set *set, const shade_point *point, double alpha)
 {
   set->delta_count = 0;
   for (int i = 0; i < set->count; i++) {
     closure *c = &set->closures[i];
-    if (closure_is_microfacet(c)) c->alpha = max2(c->alpha, alpha), c->alpha_y = max2(c->alpha_y, alpha);
+    if (closure_is_microfacet(c) && min2(c->alpha, c->alpha_y) < alpha) {
+      c->alpha = max2(c->alpha, alpha), c->alpha_y = max2(c->alpha_y, alpha);
+      if (!closure_is_delta(c)) orient(c, point);
+    }
     set->delta_count += closure_is_delta(c);
   }
 }

@@ -140,7 +140,7 @@ double closure_oren_nayar_single(double sigma, double nl, double nv, double lv);
 double closure_oren_nayar_albedo(double sigma, double cos_n);
 
 /* Makes microfacets at least as rough as `alpha`, after closure_set_finish; all else stays, as in Cycles. */
-void closure_set_blur(closure_set *set, double alpha);
+void closure_set_blur(closure_set *set, const struct shade_point *point, double alpha);
 /* Normalizes the shares. Call once after the last add. */
 void closure_set_finish(closure_set *set);
 
