@@ -6,6 +6,7 @@ import logging
 import math
 import time
 from concurrent.futures import ThreadPoolExecutor, wait
+from dataclasses import replace
 
 import bentlight_native
 import bpy
@@ -100,10 +101,11 @@ def render_settings(
         film_transparent=render.film_transparent,
         clamp_direct=user.clamp_direct,
         clamp_indirect=user.clamp_indirect,
-        light_sampling=user.light_sampling,
         blur_glossy=user.blur_glossy,
         caustics_reflective=user.caustics_reflective,
         caustics_refractive=user.caustics_refractive,
+        integrator=user.integrator,
+        light_sampling=user.light_sampling if user.integrator == "PATH" else "BOTH",
         portal_sampling=user.portal_sampling,
         light_threshold=user.light_threshold,
     )
@@ -187,7 +189,7 @@ class _ViewRender:
     def _render_tiles(self, native: bentlight_native.Scene) -> None:
         threads = self._scene.render.threads
         channels = [item.channel for item in self._passes]
-        settings = render_settings(self._scene, self._view_layer, self._engine.is_preview)
+        settings = self._possible(render_settings(self._scene, self._view_layer, self._engine.is_preview), native)
         tiles = self._tiles(threads, settings.sample_count)
         limit = 0.0 if self._engine.is_preview else self._scene.bentlight.time_limit
         session = Session(native, settings, tiles, channels, threads, limit)
@@ -201,6 +203,16 @@ class _ViewRender:
             self._show_progress(session)
         if not written:
             self._write_nothing()
+
+    def _possible(
+        self, settings: bentlight_native.RenderSettings, native: bentlight_native.Scene
+    ) -> bentlight_native.RenderSettings:
+        """The settings, but with light followed from the camera alone where the scene does not allow otherwise."""
+        obstacle = native.bidirectional_obstacle() if settings.integrator == "BIDIRECTIONAL" else None
+        if obstacle is None:
+            return settings
+        self._reporter.warn(f"Bidirectional is not possible, light is followed from the camera alone: {obstacle}")
+        return replace(settings, integrator="PATH")
 
     def _write(self, finished: FinishedTile) -> None:
         """Shows a tile in the render view; Blender counts from the border's corner."""

@@ -15,7 +15,16 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
     integrator: EnumProperty(
         name="Integrator",
         description="How light is simulated",
-        items=[("PATH", "Path Tracing", "Follow light backwards from the camera; every leg of a path is curved")],
+        items=[
+            ("PATH", "Path Tracing", "Follow light backwards from the camera; every leg of a path is curved"),
+            (
+                "BIDIRECTIONAL",
+                "Bidirectional",
+                "Follow light from the lamps too, and join both parts by bent rays. Finds the caustics of glass and "
+                "metal; takes longer per sample. Suns, the sky and lamps with light linking or limits are followed "
+                "from the camera alone; so is all light where a black hole spins, or materials use Light Path",
+            ),
+        ],
         default="PATH",
     )
     samples: IntProperty(

@@ -75,6 +75,9 @@ class Session:
     With a time limit, in seconds, the whole picture is taken in rounds of ever more samples, each of which goes on with
     what the tile has: pixels that the noise threshold has ended stay as they are. When the time is over, no tile begins
     another round, but for the first sample of each tile.
+
+    The integrator BIDIRECTIONAL brings light from lamps to all of the picture from every tile: tiles come with what
+    there is so far, and all of them again at the end.
     """
 
     def __init__(
@@ -96,6 +99,9 @@ class Session:
         self._busy = 0  # tiles that are being rendered
         self._spared = 0  # pixel samples of rounds that were not needed
         self._changed = threading.Condition()  # guards the three above
+        bidirectional = settings.integrator == "BIDIRECTIONAL"
+        self._light = np.zeros((settings.height, settings.width, 3), np.int64) if bidirectional else None
+        self._unlit: dict[Tile, FinishedTile] = {}  # as they came last, where light is added to them
         self._results: queue.SimpleQueue[FinishedTile | BaseException | None] = queue.SimpleQueue()
         self._progress = bentlight_native.Progress()
         self._work = settings.sample_count * sum(tile.width * tile.height for tile in tiles)
@@ -144,7 +150,9 @@ class Session:
                 if result is None:
                     self._running -= 1
                 else:
-                    yield result
+                    yield self._lit(result)
+            if self._light is not None:
+                yield from map(self._lit, list(self._unlit.values()))
         finally:
             self.close()
 
@@ -153,6 +161,18 @@ class Session:
         self._progress.cancel()
         for thread in self._threads:
             thread.join()
+
+    def _lit(self, finished: FinishedTile) -> FinishedTile:
+        """The tile with the light that was traced from lamps."""
+        if self._light is None or "combined" not in finished.channels:
+            return finished
+        tile, size = finished.tile, (self._settings.width, self._settings.height)
+        self._unlit[tile] = finished
+        samples = sum(int(other.channels["sample_count"].sum(dtype=np.float64)) for other in self._unlit.values())
+        combined = finished.channels["combined"].copy()
+        part = self._light[tile.y : tile.y + tile.height, tile.x : tile.x + tile.width]
+        combined[..., :3] += bentlight_native.light_image(part, samples, size)
+        return replace(finished, channels=finished.channels | {"combined": combined})
 
     def _run(self) -> None:
         """A worker: round by round until there are none, the time is over, or someone cancels or fails."""
@@ -204,7 +224,7 @@ class Session:
         settings = replace(self._settings, first_sample=first, sample_count=count, resume=first > 0)
         try:
             done = self._scene.render_tile(
-                tile.x, tile.y, tile.width, tile.height, settings, work.channels, self._progress
+                tile.x, tile.y, tile.width, tile.height, settings, work.channels, self._progress, self._light
             )
             more = bool(work.rounds) and done.samples > 0
         except bentlight_native.Cancelled:

@@ -46,7 +46,9 @@ class BENTLIGHT_PT_sampling(_Panel, bpy.types.Panel):
         column.prop(settings, "photon_ring_samples")
         column.prop(settings, "time_limit")
         column.prop(settings, "tolerance")
-        column.prop(settings, "light_sampling")
+        lights = column.row()
+        lights.active = settings.integrator == "PATH"
+        lights.prop(settings, "light_sampling")
         column.prop(settings, "portal_sampling")
         column.prop(settings, "light_threshold")
         self.layout.prop(settings, "seed")

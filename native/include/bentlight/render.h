@@ -68,6 +68,16 @@ typedef enum bent_light_sampling {
   BENT_LIGHT_SAMPLINGS
 } bent_light_sampling;
 
+/* How light is followed. The mean of a picture is the same, but for points of light behind glass or in mirrors, and their
+ * caustics, which only BIDIRECTIONAL finds. */
+typedef enum bent_integrator {
+  BENT_PATH,          /* from the camera */
+  BENT_BIDIRECTIONAL, /* from the lamps too, each way weighed against the others; light_sampling must be BOTH. Suns, the sky,
+                       * and lamps that do not shine on everything are followed from the camera alone; so is everything
+                       * where bent_scene_bidirectional_obstacle says why */
+  BENT_INTEGRATORS
+} bent_integrator;
+
 typedef enum bent_filter_kind { BENT_FILTER_BLACKMAN_HARRIS, BENT_FILTER_GAUSSIAN, BENT_FILTER_BOX } bent_filter_kind;
 
 typedef struct bent_render_settings {
@@ -104,6 +114,7 @@ typedef struct bent_render_settings {
   double blur_glossy;
   int caustics_reflective, caustics_refractive; /* 0: rays that were scattered diffusely see no reflection, or no
                                                  * refraction, by microfacets: the caustics are missing */
+  bent_integrator integrator;
   bent_light_sampling light_sampling;
   int portal_sampling;       /* some scattered rays are aimed at wormholes' mouths; the mean is the same */
   double light_threshold;    /* connections that would bring a sample less than this are traced by chance only; 0: all */
@@ -138,6 +149,9 @@ typedef struct bent_render_statistics {
   uint64_t invalid;    /* samples that came out NaN or infinite (broken input): counted black */
 } bent_render_statistics;
 
+/* Of the light that subpaths from lamps bring. */
+#define BENT_LIGHT_UNIT 0x1p-32
+
 /* Renders the tile [x, x + width) x [y, y + height), pixels counted from the image's bottom left, into channels[i]:
  * float (height, width, components) of the i-th channel, row by row from the bottom, or NULL where not wanted.
  *
@@ -151,9 +165,18 @@ typedef struct bent_render_statistics {
  *
  * Radiance is carried along rays as it is: no shift of frequency, and so no g^3, between emitter and camera.
  *
+ * light: NULL, or with BENT_BIDIRECTIONAL the light that subpaths from lamps bring to the camera itself, anywhere in the
+ * image: (height, width, 3) of the full image, rows from the bottom, shared by all calls and threads, to which each adds
+ * in units of BENT_LIGHT_UNIT. Sums of whole numbers do not depend on their order. With N samples taken in all calls
+ * together, a pixel's color is `combined` + light * BENT_LIGHT_UNIT * width * height / N. Each pixel's sum must stay below
+ * 2^31. What clamp limits is each contribution; the noise threshold looks at `combined` only.
+ *
  * progress counts pixel samples, those of photon rings as one where another pixel takes one. On BENT_CANCELLED the channels hold what was finished: the channel sample_count says
  * how many samples each pixel has (0: all its channels are 0). */
 bent_status bent_scene_render_tile(const bent_scene *scene, uint32_t x, uint32_t y, uint32_t width, uint32_t height,
                                    const bent_render_settings *settings, float *const channels[BENT_CHANNELS_MAX],
-                                   bent_render_statistics *statistics, bent_progress *progress, bent_error *error);
+                                   int64_t (*light)[3], bent_render_statistics *statistics, bent_progress *progress,
+                                   bent_error *error);
+/* Why a committed scene is rendered as by BENT_PATH whatever is asked for; NULL if there is no reason. */
+const char *bent_scene_bidirectional_obstacle(const bent_scene *scene);
 #endif

@@ -11,7 +11,7 @@ from .exr import ExrError
 from .influence import EVERYONE, Influence
 from .kerr_map import KerrMap
 from .program import OPERATIONS, Program, ProgramBuilder
-from .render import CHANNELS, RenderSettings, RenderStatistics
+from .render import CHANNELS, RenderSettings, RenderStatistics, light_image
 from .scene import Scene
 from .sphere import LensSphere
 from .table import DeflectionTable, SampledTable
@@ -43,6 +43,7 @@ __all__ = [
     "embree_version",
     "instruction_set",
     "lapse",
+    "light_image",
     "load_embree",
     "local_from_covector",
     "ray_path",

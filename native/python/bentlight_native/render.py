@@ -30,6 +30,9 @@ class Channel(NamedTuple):
 CHANNELS: dict[str, Channel] = {row[0]: Channel(*row) for row in _core.render_channels()}
 
 
+_LIGHT_UNIT = 2.0**-32  # BENT_LIGHT_UNIT of the C header
+
+
 @dataclass(frozen=True)
 class RenderSettings:
     """How to render; the defaults are those of Cycles where it has the setting.
@@ -54,6 +57,10 @@ class RenderSettings:
     film_transparent: the sky that the camera sees has alpha 0 and no color in `combined`.
     clamp_direct, clamp_indirect: largest contribution (mean of RGB) of light that was scattered once at most, and of
         light that was scattered more often; 0 is off.
+    integrator: 'PATH': light is followed from the camera; 'BIDIRECTIONAL': from the lamps as well, for caustics.
+        The mean of a picture is the same, except that PATH does not find caustics of lamps without size.
+        Suns, the sky and lamps that do not shine on everything are followed from the camera alone.
+        `Scene.bidirectional_obstacle` says where it is PATH instead. light_sampling must be 'BOTH'.
     light_sampling: how lights are found. 'SCATTERING': by scattered rays that happen to meet them; 'CONNECTIONS': by
         rays that join a point on a light with the surface, where they are known; 'BOTH': each where it is better. The
         mean of a picture is the same, except that lamps and suns without size need connections.
@@ -86,6 +93,7 @@ class RenderSettings:
     film_transparent: bool = False
     clamp_direct: float = 0.0
     clamp_indirect: float = 0.0
+    integrator: str = "PATH"
     light_sampling: str = "BOTH"
     blur_glossy: float = 0.0
     caustics_reflective: bool = True
@@ -294,6 +302,7 @@ class RenderMethods:
         settings: RenderSettings,
         channels: Mapping[str, NDArray[np.float32]],
         progress: "_core.Progress | None" = None,
+        light: NDArray[np.int64] | None = None,
     ) -> RenderStatistics:
         """Render one tile of the image and write it into `channels`.
 
@@ -301,11 +310,23 @@ class RenderMethods:
         channels: for each wanted name of CHANNELS a C-contiguous float32 array (height, width, components).
         progress: `done` counts pixel samples; after cancel() the call raises Cancelled within 0.1 s and the arrays
             hold what was finished: the channel `sample_count` says how many samples each pixel has (0: all zero).
+        light: with the integrator BIDIRECTIONAL, (settings.height, settings.width, 3) of the whole image, to which the
+            call adds what light subpaths bring anywhere in it; calls on several threads may share it (`light_image`).
         The result is the same to the last bit for any tiles, order and number of threads. Releases the GIL.
         Raises ValueError for bad settings or arrays, RuntimeError without a camera or before commit().
         """
         values = {field.name: getattr(settings, field.name) for field in fields(settings)}
-        return RenderStatistics(**self._render_tile((x, y, width, height), dict(channels), progress, **values))
+        return RenderStatistics(**self._render_tile((x, y, width, height), dict(channels), light, progress, **values))
+
+
+def light_image(light: NDArray[np.int64], samples: int, size: tuple[int, int] | None = None) -> NDArray[np.float32]:
+    """What `render_tile` has left in `light`, as a picture to be added to `combined`, (height, width, 3).
+
+    light: all of the array, or a part of it if `size` is the width and height of the image.
+    samples: of all calls that have added to it together (RenderStatistics.samples).
+    """
+    height, width = light.shape[:2] if size is None else size[::-1]
+    return (light * (_LIGHT_UNIT * width * height / max(samples, 1))).astype(np.float32)
 
 
 def sobol_points(seed: int, pixel: tuple[int, int], dimension_set: int, first: int, count: int) -> NDArray[np.float64]:

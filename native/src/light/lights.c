@@ -18,10 +18,12 @@ typedef struct emitter {
 } emitter;
 
 struct lights {
-  size_t count, capacity;
+  size_t count, capacity, first_lamp; /* lamps come after all triangles */
   emitter *emitters;
   light_cluster *clusters; /* of the emitters; only while the tree is built */
   light_tree *tree;        /* NULL without emitters */
+  double *flux;            /* running sum over the emitters that light subpaths start from, about */
+  uint8_t *sides;          /* of a triangle that shine: SIDE_* */
   int32_t **of_triangle;   /* for each instance NULL, or for each of its triangles the emitter, or -1 */
   size_t instance_count;
   double even;             /* chance that a place on a triangle is drawn evenly over its area */
@@ -29,6 +31,8 @@ struct lights {
   double suns_weight, sky_weight;
   sky_map *sky; /* NULL: not worth drawing */
 };
+
+enum { SIDE_FRONT = 1, SIDE_BACK = 2 };
 
 /* Where a triangle's mean radiance is looked at: one of Stroud's rules of second degree, and its middle. */
 static const double PROBES[4][2] = {{1.0 / 3, 1.0 / 3}, {1.0 / 6, 1.0 / 6}, {2.0 / 3, 1.0 / 6}, {1.0 / 6, 2.0 / 3}};
@@ -188,6 +192,44 @@ static int add_suns(lights *l, const suns *suns)
   return 1;
 }
 
+/* Whether all that an emitter lights is found from its own side too: it shines on everything, and what holds its light up
+ * holds rays up. */
+static int shines_evenly(uint32_t visibility, const bent_influence *influence)
+{
+  const uint32_t scattering = BENT_VISIBLE_DIFFUSE | BENT_VISIBLE_GLOSSY | BENT_VISIBLE_TRANSMISSION;
+  return (visibility & scattering) == scattering && influence->blockers == UINT64_MAX &&
+         influence->receivers == UINT64_MAX && influence->max_bounces == UINT32_MAX;
+}
+
+/* The running sum of the emitters' fluxes, and the sides that shine. */
+static int add_flux(lights *l, const bent_scene *scene)
+{
+  l->flux = malloc((l->count + 1) * sizeof *l->flux);
+  l->sides = malloc(l->count + 1);
+  if (!l->flux || !l->sides) return 0;
+  double sum = 0;
+  for (size_t i = 0; i < l->count; i++) {
+    const emitter *e = &l->emitters[i];
+    const light_cluster *c = &l->clusters[i];
+    const int both = c->cos_normals < 0;
+    int even;
+    l->sides[i] = SIDE_FRONT;
+    if (e->instance >= 0) {
+      const instance *inst = &scene->geometry->instances[e->instance];
+      vec3 corner[3];
+      const int front = v3_dot(triangle_area(scene->geometry, e->instance, e->index, corner), c->axis) > 0;
+      l->sides[i] = both ? SIDE_FRONT | SIDE_BACK : front ? SIDE_FRONT : SIDE_BACK;
+      even = shines_evenly(inst->visibility, &inst->influence);
+    } else {
+      const lamp *lamp = &scene->lamps->list[e->index];
+      even = shines_evenly(lamp->visibility, &lamp->influence);
+    }
+    if (even) sum += c->power * (e->instance < 0 ? 4 : both ? 2 : 1);
+    l->flux[i] = sum;
+  }
+  return isfinite(sum);
+}
+
 static int is_bent(const geometry *g)
 {
   for (size_t i = 0; i < g->lens_count; i++)
@@ -203,8 +245,9 @@ bent_status lights_new(const bent_scene *scene, lights **out, bent_error *error)
   int ok = l && l->of_triangle;
   if (ok) l->instance_count = g->instance_count, l->even = is_bent(g) ? BENT_EVEN : 0;
   for (size_t i = 0; ok && i < g->instance_count; i++) ok = add_instance(l, scene, (int)i);
+  if (ok) l->first_lamp = l->count;
   for (size_t i = 0; ok && scene->lamps && i < scene->lamps->count; i++) ok = add_lamp(l, scene, (int)i);
-  if (ok) ok = add_suns(l, scene->suns);
+  if (ok) ok = add_flux(l, scene) && add_suns(l, scene->suns);
   bent_status status = ok ? BENT_OK : bent_fail(error, BENT_ERROR_MEMORY, "lights: out of memory");
   if (!status && l->count) status = light_tree_new(l->clusters, l->count, is_bent(g), &l->tree, error);
   if (!status) status = sky_map_new(scene->shading, &l->sky, error);
@@ -226,6 +269,8 @@ void lights_free(lights *l)
   free(l->of_triangle);
   free(l->emitters);
   free(l->clusters);
+  free(l->flux);
+  free(l->sides);
   free(l->sun_weight);
   light_tree_free(l->tree);
   sky_map_free(l->sky);
@@ -344,4 +389,90 @@ double lights_sun_probability(const lights *l, size_t sun, vec3 point, vec3 norm
 double lights_sky_pdf(const lights *l, vec3 direction, vec3 point, vec3 normal)
 {
   return l->sky ? shares_at(l, point, normal).sky * sky_map_pdf(l->sky, direction) : 0;
+}
+
+/* The emitter that a sample or a triangle is of; -1: none. */
+static int emitter_of(const lights *l, light_kind kind, int index, int triangle)
+{
+  if (kind == LIGHT_TRIANGLE) return lights_draw_triangle(l, index, triangle) ? l->of_triangle[index][triangle] : -1;
+  return kind == LIGHT_LAMP ? (int)l->first_lamp + index : -1;
+}
+
+double lights_place_probability(const lights *l, const bent_scene *scene, const light_sample *place, vec3 point, vec3 normal)
+{
+  if (place->kind == LIGHT_TRIANGLE)
+    return lights_triangle_probability(l, scene, place->index, place->triangle, place->target, point, normal);
+  const int lamp = emitter_of(l, place->kind, place->index, place->triangle);
+  return lamp < 0 ? 0 : shares_at(l, point, normal).tree * light_tree_probability(l->tree, lamp, point, normal);
+}
+
+/* ---- Where light subpaths start ---- */
+
+int lights_any_start(const lights *l) { return l->count > 0 && l->flux[l->count - 1] > 0; }
+
+static double start_chance(const lights *l, size_t emitter)
+{
+  if (!lights_any_start(l)) return 0;
+  return (l->flux[emitter] - (emitter ? l->flux[emitter - 1] : 0)) / l->flux[l->count - 1];
+}
+
+/* The emitter whose part of the running sum holds `wanted`. */
+static size_t emitter_at(const lights *l, double wanted)
+{
+  size_t low = 0, high = l->count - 1;
+  while (low < high) {
+    const size_t middle = (low + high) / 2;
+    if (l->flux[middle] > wanted) high = middle;
+    else low = middle + 1;
+  }
+  return low;
+}
+
+double lights_draw_start(const lights *l, const bent_scene *scene, const double u[3], light_sample *out)
+{
+  const emitter *e = &l->emitters[emitter_at(l, u[0] * l->flux[l->count - 1])];
+  if (e->instance < 0) {
+    *out = (light_sample){.kind = LIGHT_LAMP, .index = e->index, .target = scene->lamps->list[e->index].position};
+  } else {
+    vec3 corner[3];
+    const vec3 area = triangle_area(scene->geometry, e->instance, e->index, corner);
+    const double root = sqrt(u[1]); /* even over the area (Turk 1990) */
+    *out = (light_sample){.kind = LIGHT_TRIANGLE, .index = e->instance, .triangle = e->index,
+                          .barycentric = {root * (1 - u[2]), root * u[2]}};
+    out->target = triangle_at(corner, out->barycentric);
+    out->area = join_local_area(scene->geometry, out->target, area);
+  }
+  return start_chance(l, (size_t)(e - l->emitters));
+}
+
+double lights_start_chance(const lights *l, light_kind kind, int index, int triangle)
+{
+  const int emitter = emitter_of(l, kind, index, triangle);
+  return emitter < 0 ? 0 : start_chance(l, (size_t)emitter);
+}
+
+vec3 lights_draw_direction(const lights *l, const light_sample *from, const double u[2])
+{
+  const double turn = 2 * M_PI * u[1];
+  if (from->kind == LIGHT_LAMP) {
+    const double z = 1 - 2 * u[0], r = sqrt(max2(1 - z * z, 0));
+    return v3(r * cos(turn), r * sin(turn), z);
+  }
+  const int sides = l->sides[emitter_of(l, from->kind, from->index, from->triangle)];
+  const int both = sides == (SIDE_FRONT | SIDE_BACK), back = both ? u[0] >= 0.5 : sides == SIDE_BACK;
+  const double part = both ? 2 * u[0] - back : u[0], r = sqrt(part);
+  const vec3 z = v3_scale(v3_normalize(from->area), back ? -1 : 1);
+  vec3 x, y;
+  v3_basis(z, &x, &y);
+  return v3_mad(x, r * cos(turn), v3_mad(y, r * sin(turn), v3_scale(z, sqrt(max2(1 - part, 0)))));
+}
+
+double lights_direction_pdf(const lights *l, const light_sample *from, vec3 direction)
+{
+  if (from->kind == LIGHT_LAMP) return 1 / (4 * M_PI);
+  const int emitter = emitter_of(l, from->kind, from->index, from->triangle);
+  if (emitter < 0) return 0;
+  const double cosine = v3_dot(v3_normalize(from->area), direction);
+  const int sides = l->sides[emitter], both = sides == (SIDE_FRONT | SIDE_BACK);
+  return sides & (cosine > 0 ? SIDE_FRONT : SIDE_BACK) ? fabs(cosine) / M_PI * (both ? 0.5 : 1) : 0;
 }

@@ -45,6 +45,19 @@ int lights_draw_sky(const lights *lights);
 /* What lights_draw has as `probability` of a place on a triangle, a sun or a direction of the sky; 0 if it never draws it. */
 double lights_triangle_probability(const lights *lights, const bent_scene *scene, int instance, int triangle, vec3 place,
                                    vec3 point, vec3 normal);
+/* The same of a place on a triangle or of a lamp, whichever it is. */
+double lights_place_probability(const lights *lights, const bent_scene *scene, const light_sample *place, vec3 point,
+                                vec3 normal);
 double lights_sun_probability(const lights *lights, size_t sun, vec3 point, vec3 normal);
 double lights_sky_pdf(const lights *lights, vec3 direction, vec3 point, vec3 normal);
+
+/* Where light subpaths start: on triangles and lamps that shine on everything (bent_influence, visibility), each about as
+ * often as its flux says; evenly on a triangle, into directions by the cosine to its normal, of a lamp into all alike. */
+int lights_any_start(const lights *lights);
+/* Draws a place by u; out->probability is not set. Returns the chance of the triangle or lamp. */
+double lights_draw_start(const lights *lights, const bent_scene *scene, const double u[3], light_sample *out);
+double lights_start_chance(const lights *lights, light_kind kind, int index, int triangle);
+/* A direction away from a place, and the pdf of such a one by solid angle. */
+vec3 lights_draw_direction(const lights *lights, const light_sample *from, const double u[2]);
+double lights_direction_pdf(const lights *lights, const light_sample *from, vec3 direction);
 #endif

@@ -31,6 +31,7 @@ static char format_code(const Py_buffer *view)
   else if (*f == '<') f++;
 #endif
   if (f[0] == 0 || f[1] != 0) return 0;
+  if (view->itemsize == 8 && *f == 'l') return 'q';
   if (view->itemsize == 4 && *f == 'l') return 'i';
   if (view->itemsize == 4 && *f == 'L') return 'I';
   return *f;

@@ -24,6 +24,7 @@ static const char *const CAMERA_KINDS[BENT_CAMERA_KINDS] = {
     [BENT_CAMERA_CENTRAL_CYLINDRICAL] = "CENTRAL_CYLINDRICAL",
 };
 static const char *const FILTERS[] = {"BLACKMAN_HARRIS", "GAUSSIAN", "BOX"};
+static const char *const INTEGRATORS[BENT_INTEGRATORS] = {[BENT_PATH] = "PATH", [BENT_BIDIRECTIONAL] = "BIDIRECTIONAL"};
 static const char *const LIGHT_SAMPLINGS[BENT_LIGHT_SAMPLINGS] = {[BENT_LIGHTS_BOTH] = "BOTH",
                                                                   [BENT_LIGHTS_SCATTERING] = "SCATTERING",
                                                                   [BENT_LIGHTS_CONNECTIONS] = "CONNECTIONS"};
@@ -341,46 +342,51 @@ static int set_whole_fields(bent_render_settings *s, const long long whole[WHOLE
 
 static PyObject *render_tile(PyObject *self, PyObject *args, PyObject *keywords)
 {
-  /* All names after the third are RenderSettings' fields, which render.py passes by name. */
-  static char *names[] = {"tile", "channels", "progress", "width", "height", "first_sample", "sample_count", "seed",
+  /* All names after the fourth are RenderSettings' fields, which render.py passes by name. */
+  static char *names[] = {"tile", "channels", "light", "progress", "width", "height", "first_sample", "sample_count", "seed",
                           "min_samples", "max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces",
                           "transparent_bounces", "roulette_start", "photon_ring_samples", "tolerance", "filter",
                           "filter_width", "film_transparent", "clamp_indirect", "light_sampling", "alpha_threshold",
                           "noise_threshold", "light_threshold", "clamp_direct", "portal_sampling", "resume",
-                          "blur_glossy", "caustics_reflective", "caustics_refractive", NULL};
+                          "blur_glossy", "caustics_reflective", "caustics_refractive", "integrator", NULL};
   bent_render_settings s = {0};
   long long tile[4], whole[WHOLE_FIELDS];
-  PyObject *channels, *progress_object;
-  const char *filter, *light_sampling;
+  PyObject *channels, *light_object, *progress_object;
+  const char *filter, *light_sampling, *integrator;
   if (!PyArg_ParseTupleAndKeywords(
-          args, keywords, "(LLLL)O!OLLLLLLLLLLLLLdsdpdsddddppdpp:render_tile", names, &tile[0], &tile[1], &tile[2],
-          &tile[3], &PyDict_Type, &channels, &progress_object, &whole[0], &whole[1], &whole[2], &whole[3], &whole[4],
+          args, keywords, "(LLLL)O!OOLLLLLLLLLLLLLdsdpdsddddppdpps:render_tile", names, &tile[0], &tile[1], &tile[2],
+          &tile[3], &PyDict_Type, &channels, &light_object, &progress_object, &whole[0], &whole[1], &whole[2], &whole[3], &whole[4],
           &whole[5], &whole[6], &whole[7], &whole[8], &whole[9], &whole[10], &whole[11], &whole[12], &s.tolerance,
           &filter, &s.filter_width, &s.film_transparent, &s.clamp_indirect, &light_sampling, &s.alpha_threshold,
           &s.noise_threshold, &s.light_threshold, &s.clamp_direct, &s.portal_sampling, &s.resume,
-          &s.blur_glossy, &s.caustics_reflective, &s.caustics_refractive))
+          &s.blur_glossy, &s.caustics_reflective, &s.caustics_refractive, &integrator))
     return NULL;
   int ok;
   bent_progress *progress = progress_value(progress_object, &ok);
   const bent_scene *scene = scene_value(self);
   const int kind = choose(filter, "filter", FILTERS, COUNT(FILTERS));
   const int sampling = kind < 0 ? -1 : choose(light_sampling, "light_sampling", LIGHT_SAMPLINGS, BENT_LIGHT_SAMPLINGS);
-  if (!ok || !scene || sampling < 0 || set_whole_fields(&s, whole, names + 3)) return NULL;
+  const int way = sampling < 0 ? -1 : choose(integrator, "integrator", INTEGRATORS, BENT_INTEGRATORS);
+  if (!ok || !scene || way < 0 || set_whole_fields(&s, whole, names + 4)) return NULL;
+  s.integrator = (bent_integrator)way;
   s.filter = (bent_filter_kind)kind;
   s.light_sampling = (bent_light_sampling)sampling;
   for (int i = 0; i < 4; i++)
     if (tile[i] < 0 || tile[i] > INT32_MAX)
       return PyErr_Format(PyExc_ValueError, "tile: expected x, y, width, height from 0 to 2^31 - 1, got %lld", tile[i]);
-  buffer buffers[BENT_CHANNELS_MAX] = {0};
+  buffer buffers[BENT_CHANNELS_MAX] = {0}, light = {0};
+  Py_ssize_t whole_image[] = {s.height, s.width, 3};
   float *arrays[BENT_CHANNELS_MAX] = {0};
   bent_render_statistics statistics = {0};
   PyObject *result = NULL;
-  if (!get_channels(channels, tile[3], tile[2], buffers, arrays)) {
+  if (!get_channels(channels, tile[3], tile[2], buffers, arrays) &&
+      (light_object == Py_None || !buffer_get(&light, light_object, "light", 'q', 3, whole_image, BUFFER_WRITE))) {
     bent_error error;
     bent_status status;
     Py_BEGIN_ALLOW_THREADS
     status = bent_scene_render_tile(scene, (uint32_t)tile[0], (uint32_t)tile[1], (uint32_t)tile[2], (uint32_t)tile[3],
-                                    &s, arrays, &statistics, progress, &error);
+                                    &s, arrays, light_object == Py_None ? NULL : buffer_data(&light), &statistics, progress,
+                                    &error);
     Py_END_ALLOW_THREADS
     result = status ? raise_error(&error)
                     : Py_BuildValue("{sKsKsKsK}", "samples", (unsigned long long)statistics.samples, "rays",
@@ -389,7 +395,19 @@ static PyObject *render_tile(PyObject *self, PyObject *args, PyObject *keywords)
                                     (unsigned long long)statistics.invalid);
   }
   buffer_release_all(buffers, BENT_CHANNELS_MAX);
+  buffer_release(&light);
   return result;
+}
+
+static PyObject *bidirectional_obstacle(PyObject *self, PyObject *unused)
+{
+  (void)unused;
+  const bent_scene *scene = scene_value(self);
+  if (!scene) return NULL;
+  if (!scene->committed) return PyErr_SetString(PyExc_RuntimeError, "scene: has edits without a commit"), NULL;
+  const char *obstacle = bent_scene_bidirectional_obstacle(scene);
+  if (!obstacle) Py_RETURN_NONE;
+  return PyUnicode_FromString(obstacle);
 }
 
 static PyObject *render_channels(PyObject *module, PyObject *unused)
@@ -452,6 +470,9 @@ PyMethodDef scene_render_methods[] = {{"_set_camera", KEYWORDS(set_camera), NULL
                                       {"_set_lamps", set_lamps, METH_VARARGS, NULL},
                                       {"_draw_lights", draw_lights, METH_VARARGS, NULL},
                                       {"_join", join, METH_VARARGS, NULL},
+                                      {"bidirectional_obstacle", bidirectional_obstacle, METH_NOARGS,
+                                       "bidirectional_obstacle() -> str | None\n\nWhy the integrator BIDIRECTIONAL "
+                                       "renders this scene, which must be committed, as PATH does; None if it does not."},
                                       {"_render_tile", KEYWORDS(render_tile), NULL},
                                       {0}};
 PyMethodDef render_functions[] = {

@@ -293,6 +293,45 @@ int bsdf_drawn(const closure_set *set, const shade_point *point, vec3 wi, double
   return v3_max(out->weight) > 0;
 }
 
+/* Directions of mirror rays that differ by less are the same. */
+static const double SHARP_APART = 1e-5;
+
+bsdf_sharp bsdf_evaluate_sharp(const closure_set *set, const shade_point *point, vec3 wi)
+{
+  bsdf_sharp out = {.through = v3_dot(wi, point->geometric_normal) < 0};
+  for (int i = 0; i < set->count; i++) {
+    const closure *c = &set->closures[i];
+    if (!closure_is_delta(c) || !closure_is_microfacet(c)) continue;
+    const double cos_i = min2(v3_dot(c->normal, point->wo), 1);
+    if (cos_i <= 0) continue;
+    vec3 reflected, transmitted;
+    double cos_t;
+    fresnel_colors(c, cos_i, &reflected, &transmitted, &cos_t);
+    const double r = v3_average(reflected), t = v3_average(transmitted), part = out.through ? t : r;
+    if (!(part > 0)) continue;
+    const vec3 drawn = out.through ? refract(point->wo, c->normal, cos_i, cos_t, c->ior) : reflect(point->wo, c->normal);
+    if (v3_length(v3_sub(v3_normalize(drawn), wi)) > SHARP_APART) continue;
+    const vec3 value = v3_mul(c->weight, out.through ? transmitted : reflected);
+    out.chance += c->share * part / (r + t);
+    out.value = v3_add(out.value, value);
+    const double widened = out.through ? squared(c->ior) * fabs(v3_dot(c->normal, wi)) / cos_i : 1;
+    out.flux = v3_mad(value, widened, out.flux);
+  }
+  return out;
+}
+
+vec3 bsdf_transparency(const closure_set *set, double *chance)
+{
+  vec3 sum = v3(0, 0, 0);
+  *chance = 0;
+  for (int i = 0; i < set->count; i++) {
+    if (set->closures[i].kind != CLOSURE_TRANSPARENT) continue;
+    sum = v3_add(sum, set->closures[i].weight);
+    *chance += set->closures[i].share;
+  }
+  return sum;
+}
+
 vec3 bsdf_kind_weight(const closure_set *set, const shade_point *point, const bsdf_sample *drawn)
 {
   vec3 all = v3(0, 0, 0), own = all;

@@ -25,6 +25,17 @@ int bsdf_draw(const closure_set *set, const shade_point *point, const double u[3
 int bsdf_drawn(const closure_set *set, const shade_point *point, vec3 wi, double u, bsdf_sample *out);
 /* f(wo, wi) |cos| over the non-delta lobes of the wanted kinds (bits of bsdf_lobe), and the pdf that bsdf_draw has there. */
 vec3 bsdf_evaluate(const closure_set *set, const shade_point *point, vec3 wi, uint32_t kinds, double *pdf);
+/* What the mirrors and smooth glass of a set do with light from wi. chance: with which bsdf_draw draws it. value: of the
+ * radiance from wi that they send towards wo. flux: the same of light that is traced from wi, which is the value times
+ * d(omega_o) / d(omega_i): where it is refracted (eta_i / eta_o)^2 cos_i / cos_o. through: it is refracted. */
+typedef struct bsdf_sharp {
+  double chance;
+  vec3 value, flux;
+  int through;
+} bsdf_sharp;
+bsdf_sharp bsdf_evaluate_sharp(const closure_set *set, const shade_point *point, vec3 wi);
+/* What transparent closures let through, and the chance with which bsdf_draw draws them. */
+vec3 bsdf_transparency(const closure_set *set, double *chance);
 /* What to multiply a drawn sample's weight by where its kind of lobe matters to what the ray meets: that kind's part of the
  * scattered light over its part of the chances. Its mean over the kinds that draw wi is 1. (1, 1, 1) for a delta lobe. */
 vec3 bsdf_kind_weight(const closure_set *set, const shade_point *point, const bsdf_sample *drawn);

@@ -97,6 +97,29 @@ vec3 camera_from_world_direction(const camera *camera, vec3 direction)
   return mat4_transposed_vector(&camera->world_from_camera, direction);
 }
 
+int camera_has_inverse(const camera *camera) { return camera->settings.kind == BENT_CAMERA_PERSPECTIVE; }
+
+int camera_project(const camera *camera, vec3 direction, double *x, double *y)
+{
+  const double *plane = camera->settings.viewplane;
+  const vec3 d = camera_from_world_direction(camera, direction);
+  if (!camera_has_inverse(camera) || !(d.z < 0)) return 0;
+  *x = (d.x / -d.z - plane[0]) / (plane[1] - plane[0]);
+  *y = (d.y / -d.z - plane[2]) / (plane[3] - plane[2]);
+  return 1;
+}
+
+double camera_solid_angle(const camera *camera, double x, double y)
+{
+  const double step = 1e-4; /* the error is of second order */
+  camera_ray left, right, below, above;
+  if (!camera_cast(camera, x - step, y, &left) || !camera_cast(camera, x + step, y, &right) ||
+      !camera_cast(camera, x, y - step, &below) || !camera_cast(camera, x, y + step, &above))
+    return 0;
+  const vec3 along = v3_sub(right.direction, left.direction), up = v3_sub(above.direction, below.direction);
+  return v3_length(v3_cross(along, up)) / (4 * step * step);
+}
+
 void camera_free(camera *camera) { free(camera); }
 
 static bent_status check_panoramic(const bent_camera *c, bent_error *error)

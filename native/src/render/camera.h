@@ -19,6 +19,12 @@ typedef struct camera_ray {
 /* The ray through the point (x, y) of the image, in [0, 1] from its left and bottom edges. Returns 0 where the
  * projection has no ray (outside a fisheye's circle). */
 int camera_cast(const camera *camera, double x, double y, camera_ray *ray);
+/* The inverse: the point of the image, edges as above but maybe outside of them, that is seen in a unit world direction.
+ * Returns 0 where there is none, and for projections that it does not know (camera_has_inverse). */
+int camera_project(const camera *camera, vec3 direction, double *x, double *y);
+int camera_has_inverse(const camera *camera);
+/* Solid angle of directions per area of the image, which is 1 as a whole, at a point of it. */
+double camera_solid_angle(const camera *camera, double x, double y);
 /* Inverse of world_from_camera's rotation: a world direction in camera space. */
 vec3 camera_from_world_direction(const camera *camera, vec3 direction);
 void camera_free(camera *camera);

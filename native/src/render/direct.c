@@ -1,7 +1,9 @@
 /* See direct.h. */
 #include "render/direct.h"
 
+#include "render/bidirectional.h"
 #include "render/bsdf.h"
+#include "render/light_path.h"
 #include "scene/scene.h"
 
 enum { VISIBLE_SCATTERING = BENT_VISIBLE_DIFFUSE | BENT_VISIBLE_GLOSSY | BENT_VISIBLE_TRANSMISSION };
@@ -36,9 +38,10 @@ void direct_reach(const tracer *t, int count, const path *paths, const bent_hit 
     const bent_hit *hit = &hits[i];
     const scattering *s = &paths[i].scattered;
     out[i] = (reach){0};
-    if (!(s->pdf > 0) || t->settings->light_sampling == BENT_LIGHTS_SCATTERING) continue;
-    const int is_place = hit->fate == BENT_HIT && lights_draw_triangle(lights, hit->instance, hit->triangle);
-    const int is_sky = (hit->fate == BENT_ESCAPED || hit->fate == BENT_ESCAPED_FAR) && lights_draw_sky(lights);
+    const int weighed = s->pdf > 0 && t->settings->light_sampling != BENT_LIGHTS_SCATTERING;
+    const int is_place = hit->fate == BENT_HIT && (t->bidirectional ? !paths[i].chain.sharp
+                                                   : weighed && lights_draw_triangle(lights, hit->instance, hit->triangle));
+    const int is_sky = weighed && (hit->fate == BENT_ESCAPED || hit->fate == BENT_ESCAPED_FAR) && lights_draw_sky(lights);
     if (!is_place && !is_sky) continue;
     const int list = is_place ? 0 : hit->fate == BENT_ESCAPED ? 1 : 2, k = n[list]++;
     from[list][k] = s->position;
@@ -84,10 +87,14 @@ static int is_lit_path(const bent_influence *influence, const path *p)
   return p->ray.bounces == 0 || is_lit(influence, p->scattered.receiver_set, p->ray.bounces - 1);
 }
 
-double direct_weight_emission(const tracer *t, const path *p, const reach *reach, const bent_hit *hit)
+double direct_weight_emission(const tracer *t, const path *p, const reach *reach, const chain *arrived,
+                              const bent_hit *hit)
 {
   const instance *emitter = &t->scene->geometry->instances[hit->instance];
   if (!is_lit_path(&emitter->influence, p)) return 0;
+  if (p->ray.bounces == 0) return 1;
+  if (t->bidirectional && is_shared(emitter->visibility, &emitter->influence))
+    return bidirectional_weight_emission(t, p, arrived, hit);
   if (!reach->joined) return 1;
   const double probability =
       lights_triangle_probability(t->scene->lights, t->scene, hit->instance, hit->triangle, v3_from(hit->position),
@@ -189,7 +196,7 @@ static vec3 scattered_light(const tracer *t, const lit_vertex *v, const light_sa
 
 /* The light that a vertex passes on to the camera from one connection, if nothing is in its way; and the sets of what
  * may be in its way. */
-static vec3 joined_light(const tracer *t, const lit_vertex *v, const light_sample *s, const joint *j, uint64_t *blockers)
+static vec3 joined_light(const tracer *t, const path_block *block, const lit_vertex *v, const light_sample *s, const joint *j, uint64_t *blockers)
 {
   const vec3 dark = v3(0, 0, 0);
   const beam b = beam_of(t->scene, s, j);
@@ -202,33 +209,43 @@ static vec3 joined_light(const tracer *t, const lit_vertex *v, const light_sampl
   if (!(v3_max(value) > 0)) return dark;
   const int weighed =
       !b.point && t->settings->light_sampling == BENT_LIGHTS_BOTH && is_shared(b.visibility, &b.influence);
-  const double weight = (weighed ? heuristic(b.pdf, pdf) : 1) / (b.pdf * s->facing);
+  double weight = (weighed ? heuristic(b.pdf, pdf) : 1) / b.pdf;
+  if (t->bidirectional && (s->kind == LIGHT_TRIANGLE || s->kind == LIGHT_LAMP) && is_shared(b.visibility, &b.influence))
+    weight = 1 / (1 / weight + b.pdf * bidirectional_rivals(t, block, v, s, j));
+  weight /= s->facing;
   const vec3 light = path_limited(t, v->point.ray.bounces + 1, v3_mul(v->beta, v3_scale(value, weight)));
   return v3_is_finite(light) ? light : dark;
+}
+
+bent_ray *direct_add_shadow(const tracer *t, path_block *block, const shadow *s, uint32_t visibility, vec3 direction,
+                            const bent_hit *surface)
+{
+  const int i = block->shadow_count++;
+  block->shadows[i] = *s;
+  block->shadows[i].ray.kinds = RAY_SHADOW;
+  block->shadows[i].ray.bounces++; /* as if scattered, but by no kind of lobe */
+  bent_ray *ray = &block->shadow_rays[i];
+  *ray = (bent_ray){.length_max = INFINITY, .visibility = visibility};
+  path_set_ray(t, ray, s->from, direction, surface);
+  return ray;
 }
 
 static void add_shadow(const tracer *t, path_block *block, const lit_vertex *v, const light_sample *s, const joint *j,
                        int far, vec3 light, uint64_t blockers)
 {
-  const int i = block->shadow_count++, straight = joint_is_straight(j);
-  const int sky = s->kind == LIGHT_SUN || s->kind == LIGHT_SKY;
-  block->shadows[i] = (shadow){.path = (int)(v->path - block->paths), .kind = s->kind, .target = s->target,
-                               .instance = s->kind == LIGHT_TRIANGLE ? s->index : -1, .triangle = s->triangle,
-                               .swept = j->swept, .borders = j->borders, .straight = straight, .far = far, .light = light,
-                               .blockers = blockers,
-                               .from = v->point.position,
-                               .ray = v->point.ray};
-  block->shadows[i].ray.kinds = RAY_SHADOW;
-  block->shadows[i].ray.bounces++; /* as if scattered, but by no kind of lobe */
-  bent_ray *ray = &block->shadow_rays[i];
-  *ray = (bent_ray){.length_max = INFINITY, .visibility = BENT_SHADOW};
-  path_set_ray(t, ray, v->point.position, j->launch, v->hit);
+  const int straight = joint_is_straight(j), sky = s->kind == LIGHT_SUN || s->kind == LIGHT_SKY;
+  const shadow made = {.path = (int)(v->path - block->paths), .kind = s->kind, .target = s->target,
+                       .instance = s->kind == LIGHT_TRIANGLE ? s->index : -1, .triangle = s->triangle,
+                       .swept = j->swept, .borders = j->borders, .straight = straight, .far = far, .light = light,
+                       .blockers = blockers, .from = v->point.position, .ray = v->point.ray};
+  bent_ray *ray = direct_add_shadow(t, block, &made, BENT_SHADOW, j->launch, v->hit);
   if (straight && !sky) ray->length_max = sqrt(j->spread);
   if (block->counts) {
     const size_t target = sky ? portal_sky_home(t->scene->geometry) : portal_home(t->scene->geometry, s->target);
-    block->shadows[i].cell = portal_cell(t->scene->geometry, portal_home(t->scene->geometry, v->point.position), target) +
-                             joint_way(j);
-    block->counts[block->shadows[i].cell].traced++;
+    const size_t cell = portal_cell(t->scene->geometry, portal_home(t->scene->geometry, v->point.position), target);
+    shadow *added = &block->shadows[block->shadow_count - 1];
+    added->cell = cell + joint_way(j);
+    block->counts[added->cell].traced++;
   }
 }
 
@@ -241,7 +258,7 @@ static void add_shadows(const tracer *t, path_block *block, const lit_vertex *v,
   uint64_t blockers = 0; /* one light's */
   double brightest = 0;
   for (int k = 0; k < joints->count; k++) {
-    light[k] = joined_light(t, v, s, &joints->list[k], &blockers);
+    light[k] = joined_light(t, block, v, s, &joints->list[k], &blockers);
     brightest = max2(brightest, v3_max(light[k]));
   }
   for (int k = 0; k < joints->count; k++) {
@@ -256,6 +273,8 @@ static void add_shadows(const tracer *t, path_block *block, const lit_vertex *v,
 
 void direct_draw(const tracer *t, path_block *block, int count, const lit_vertex *vertices)
 {
+  if (!count) return;
+  if (t->bidirectional) bidirectional_connect(t, block, count, vertices);
   const bent_scene *scene = t->scene;
   light_sample sample[DIRECT_BATCH];
   vec3 from[2][DIRECT_BATCH], to[2][DIRECT_BATCH]; /* to places, to the sky */
@@ -315,7 +334,7 @@ static vec3 transmitted(const tracer *t, const path_block *block, const bent_hit
   surface surface;
   surface_at(t->scene, hit, s->from, &surface);
   surface.point.ray = s->ray;
-  if (surface.see_through) return v3_splat(1);
+  if (surface.see_through || t->scene->geometry->instances[hit->instance].visibility & BENT_IMMATERIAL) return v3_splat(1);
   vec3 sum = v3(0, 0, 0);
   if (!shading_may_be_transparent(t->scene->shading, surface.material)) return sum;
   closure_set set = {.closures = block->closures};
@@ -325,16 +344,27 @@ static vec3 transmitted(const tracer *t, const path_block *block, const bent_hit
   return sum;
 }
 
+/* A shadow's light has come to where it goes. */
+static void deliver(const tracer *t, path_block *block, const shadow *s)
+{
+  if (s->path < 0) {
+    light_image_add(t, s->image, s->light);
+    return;
+  }
+  path *p = &block->paths[s->path];
+  p->radiance = v3_add(p->radiance, s->light);
+}
+
 /* One step of a shadow; returns 1 if it goes on along *ray behind a surface that it could see through. */
 static int shadow_step(const tracer *t, path_block *block, shadow *s, bent_ray *ray, const bent_hit *hit)
 {
   if (hit->fate != BENT_HIT || !is_before(s, ray, hit)) {
-    path *p = &block->paths[s->path];
     if (hit->fate != BENT_HIT && !arrives(s, hit)) return 0;
-    p->radiance = v3_add(p->radiance, s->light);
+    deliver(t, block, s);
     if (block->counts) block->counts[s->cell].arrived++;
     return 0;
   }
+  if (s->path < 0 && t->scene->geometry->instances[hit->instance].visibility & BENT_HOLDOUT) return 0;
   if (s->blockers >> t->scene->geometry->instances[hit->instance].blocker_set & 1) {
     if (s->ray.transparent >= t->settings->transparent_bounces) return 0;
     s->light = v3_mul(s->light, transmitted(t, block, hit, s));
@@ -345,6 +375,7 @@ static int shadow_step(const tracer *t, path_block *block, shadow *s, bent_ray *
   s->borders -= hit->borders;
   ray->length_max -= hit->length;
   if (!(ray->length_max >= 0)) ray->length_max = 0;
+  ray->length_min = max2(ray->length_min - hit->length, 0);
   path_set_ray(t, ray, v3_from(hit->position), v3_from(hit->direction), hit);
   return 1;
 }

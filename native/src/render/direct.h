@@ -9,12 +9,13 @@
 #include "render/path.h"
 #include "render/portal.h"
 
-/* Paths that are shaded side by side; and the most shadows that one vertex asks for: this and the far side's sky. */
-enum { DIRECT_BATCH = 64, DIRECT_SHADOWS_MAX = 2 * JOINTS_MAX };
+/* Paths that are shaded side by side; and the most shadows that one vertex asks for: this, the far side's sky, and a
+ * vertex of a light subpath. */
+enum { DIRECT_BATCH = 64, DIRECT_SHADOWS_MAX = 3 * JOINTS_MAX };
 
 /* How the scattering before met what the path's ray has met now. */
 typedef struct reach {
-  int joined;    /* a connection would have found the same ray */
+  int joined;    /* a connection with a light would have found the same ray */
   double spread; /* that connection's, times its chance of being listed */
   vec3 cone;
 } reach;
@@ -22,8 +23,9 @@ typedef struct reach {
 /* Looks up the connections that would have led each of `count` <= DIRECT_BATCH paths where their hits are. */
 void direct_reach(const tracer *t, int count, const path *paths, const bent_hit *hits, reach *out);
 /* The weights of emission, of sun number `sun` and of the sky that a path's ray has met by scattering; 1 where a
- * connection could not have found it. `hit`: of fate BENT_HIT, or the asymptotic direction. */
-double direct_weight_emission(const tracer *t, const path *p, const reach *reach, const bent_hit *hit);
+ * connection could not have found it. arrived: the chain there, if light subpaths are traced. `hit`: of fate BENT_HIT, or the asymptotic direction. */
+double direct_weight_emission(const tracer *t, const path *p, const reach *reach, const chain *arrived,
+                              const bent_hit *hit);
 double direct_weight_sun(const tracer *t, const path *p, const reach *reach, size_t sun);
 double direct_weight_sky(const tracer *t, const path *p, const reach *reach, vec3 direction);
 
@@ -32,6 +34,8 @@ typedef struct lit_vertex {
   path *path;
   const bent_hit *hit;
   vec3 beta; /* before scattering */
+  chain chain; /* on arrival, if light subpaths are traced */
+  uint32_t vertex; /* its number on the path */
   double u[4];
   shade_point point; /* its ray: the one before scattering */
   closure_set set;
@@ -40,6 +44,10 @@ typedef struct lit_vertex {
 
 /* Draws a light for each of `count` <= DIRECT_BATCH vertices and adds the rays towards it to the block's shadows. */
 void direct_draw(const tracer *t, path_block *block, int count, const lit_vertex *vertices);
+/* Adds a shadow from s->from to the block, which has room for it; the caller may limit its ray. `surface`: that it leaves,
+ * or NULL. */
+bent_ray *direct_add_shadow(const tracer *t, path_block *block, const shadow *s, uint32_t visibility, vec3 direction,
+                            const bent_hit *surface);
 /* Traces all shadows of the block and adds the light that arrives to the paths. */
 bent_status direct_trace(const tracer *t, path_block *block, bent_render_statistics *statistics, bent_progress *progress,
                          bent_error *error);

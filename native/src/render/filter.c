@@ -32,3 +32,11 @@ double filter_offset(const pixel_filter *filter, double u)
     if (c[cell + step] <= wanted) cell += step;
   return side * filter->half_width * (cell + (wanted - c[cell]) / (c[cell + 1] - c[cell])) / FILTER_CELLS;
 }
+
+double filter_density(const pixel_filter *filter, double offset)
+{
+  const double at = fabs(offset) / filter->half_width * FILTER_CELLS;
+  if (!(at < FILTER_CELLS)) return 0;
+  const double *c = &filter->cumulative[(int)at];
+  return (c[1] - c[0]) * FILTER_CELLS / (2 * filter->half_width);
+}

@@ -16,4 +16,6 @@ typedef struct pixel_filter {
 void filter_init(pixel_filter *filter, bent_filter_kind kind, double width);
 /* Offset from the pixel's center, in pixels, for u in [0, 1). */
 double filter_offset(const pixel_filter *filter, double u);
+/* The density of such offsets, per pixel. */
+double filter_density(const pixel_filter *filter, double offset);
 #endif

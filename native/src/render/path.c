@@ -10,6 +10,8 @@
 #include "render/direct.h"
 #include "render/portal.h"
 #include "render/subsurface.h"
+#include "render/bidirectional.h"
+#include "render/light_path.h"
 #include "scene/scene.h"
 
 /* Random sets of a path: the camera's, then two a vertex, of which the second is for sampling lights. */
@@ -52,6 +54,7 @@ void path_block_free(path_block *block)
   free(block->shadows);
   free(block->shadow_rays);
   free(block->shadow_hits);
+  light_paths_free(block->light);
   *block = (path_block){0};
 }
 
@@ -66,11 +69,18 @@ static void measure_pixel(tracer *t)
   t->pixel_slope = v3_length(v3_sub(a.direction, b.direction));
 }
 
+double path_footprint(const tracer *t, vec3 position)
+{
+  return t->pixel_size + t->pixel_slope * v3_length(v3_sub(position, t->eye));
+}
+
 void tracer_init(tracer *t, const bent_scene *scene, const bent_render_settings *s)
 {
   *t = (tracer){.scene = scene, .settings = s, .angle = s->tolerance,
                 .asks_scattering = shading_any_asks_scattering(scene->shading)};
   measure_pixel(t);
+  if (scene->camera) t->eye = mat4_point(&scene->camera->world_from_camera, v3(0, 0, 0));
+  t->bidirectional = s->integrator == BENT_BIDIRECTIONAL && !bent_scene_bidirectional_obstacle(scene);
   const double angle = 0.1 * t->pixel_slope;
   if (angle > 0 && angle < t->angle) t->angle = angle;
   sampler_init(&t->sampler);
@@ -122,9 +132,11 @@ static int start(const tracer *t, const pixel_sample *wanted, path *p, bent_ray 
     record->value[CHANNEL_COMBINED][3] = 1; /* black and opaque, as Cycles */
     return 0;
   }
-  *p = (path){.scattered = {.position = camera.origin}, .beta = {1, 1, 1}, .feature_beta = {1, 1, 1}, .alpha = 1,
-              .least_pdf = INFINITY, .ray = {.kinds = RAY_CAMERA}, .pixel_key = key, .sample = wanted->sample,
+  *p = (path){.scattered = {.position = camera.origin, .direction = camera.direction, .first_lens = -1},
+              .beta = {1, 1, 1}, .feature_beta = {1, 1, 1}, .alpha = 1, .least_pdf = INFINITY,
+              .ray = {.kinds = RAY_CAMERA}, .pixel_key = key, .sample = wanted->sample,
               .depth_per_length = camera.depth_per_length};
+  if (t->bidirectional) p->chain = bidirectional_start(t, x, y);
   *ray = (bent_ray){.length_min = camera.length_min, .length_max = camera.length_max,
                     .visibility = BENT_VISIBLE_CAMERA};
   path_set_ray(t, ray, camera.origin, camera.direction, NULL);
@@ -162,11 +174,17 @@ static void gather_sky(const tracer *t, path *p, const bent_ray *ray, const bent
   p->radiance = v3_add(p->radiance, contribution);
 }
 
-static void gather_emission(const tracer *t, path *p, const bent_hit *hit, const reach *reach, vec3 emission,
-                            sample_record *record)
+/* Where a path has arrived: how connections would have done so, the chain there, and the place. */
+typedef struct arrival {
+  const reach *reach;
+  chain chain;
+  const bent_hit *hit;
+} arrival;
+
+static void gather_emission(const tracer *t, path *p, const arrival *at, vec3 emission, sample_record *record)
 {
   if (!(v3_max(emission) > 0)) return;
-  const vec3 weighed = v3_scale(emission, direct_weight_emission(t, p, reach, hit));
+  const vec3 weighed = v3_scale(emission, direct_weight_emission(t, p, at->reach, &at->chain, at->hit));
   const vec3 contribution = path_limited(t, p->ray.bounces, v3_mul(p->beta, weighed));
   p->radiance = v3_add(p->radiance, contribution);
   if (p->ray.bounces == 0) record_add(record, CHANNEL_EMISSION, contribution);
@@ -194,8 +212,7 @@ ray_history path_scattered(ray_history ray, const closure_set *set, bsdf_lobe lo
   return ray;
 }
 
-/* Whether the surface that a ray meets is its path's last. */
-static int is_last(const bent_render_settings *s, const ray_history *ray)
+int path_is_last(const bent_render_settings *s, const ray_history *ray)
 {
   return ray->bounces > s->max_bounces || ray->diffuse > s->diffuse_bounces || ray->glossy > s->glossy_bounces ||
          ray->transmission > s->transmission_bounces;
@@ -226,6 +243,7 @@ typedef struct batch {
   lit_vertex vertices[2][DIRECT_BATCH];
   int vertex_count[2];
   bent_hit exits[DIRECT_BATCH];
+  closure *closures; /* room for a view, if light subpaths are traced */
 } batch;
 
 /* Room for one path of a batch: closures of its vertices, and where it comes out from below a surface. */
@@ -235,14 +253,15 @@ typedef struct room {
 } room;
 
 /* Puts a vertex on a list of those to be joined with a light, unless it could not scatter the light. */
-static void want_light(const tracer *t, batch *b, int list, path *p, const bent_hit *hit, const shade_point *point,
+static void want_light(const tracer *t, batch *b, int list, path *p, const arrival *at, const shade_point *point,
                        const closure_set *set, const portal_mix *mix)
 {
   if (p->last || set->count == set->delta_count || !lights_any(t->scene->lights) ||
       t->settings->light_sampling == BENT_LIGHTS_SCATTERING)
     return;
   lit_vertex *v = &b->vertices[list][b->vertex_count[list]++];
-  *v = (lit_vertex){.path = p, .hit = hit, .beta = p->beta, .point = *point, .set = *set, .mix = *mix};
+  *v = (lit_vertex){.path = p, .hit = at->hit, .beta = p->beta, .chain = at->chain, .vertex = p->vertex, .point = *point,
+                    .set = *set, .mix = *mix};
   sampler_draw(&t->sampler, p->pixel_key, p->sample, SET_VERTEX + SETS_PER_VERTEX * p->vertex + 1, v->u);
 }
 
@@ -260,7 +279,7 @@ static void diffuse_exit(const tracer *t, const surface *surface, closure_set *s
 }
 
 static int leave_vertex(const tracer *t, batch *b, int list, path *p, const room *room, bent_ray *ray,
-                        const bent_hit *hit, const shade_point *point, const closure_set *set);
+                        const arrival *at, const shade_point *point, const closure_set *set);
 
 /* Below the surface to another place on it, which scatters the light that has come there; returns 0 if the path ends. */
 static int walk_below(const tracer *t, batch *b, path *p, const room *room, bent_ray *ray, const bent_hit *hit,
@@ -275,13 +294,16 @@ static int walk_below(const tracer *t, batch *b, path *p, const room *room, bent
   closure_set set = {.closures = room->closures[1]};
   diffuse_exit(t, &surface, &set);
   p->vertex++;
-  return leave_vertex(t, b, 1, p, room, ray, room->exit, &surface.point, &set);
+  arrival out = {.hit = room->exit};
+  if (t->bidirectional) out.chain = bidirectional_begin(t, surface.point.position);
+  return leave_vertex(t, b, 1, p, room, ray, &out, &surface.point, &set);
 }
 
 /* Draws the next direction; returns 0 if the path ends here. */
-static int scatter(const tracer *t, batch *b, path *p, const room *room, bent_ray *ray, const bent_hit *hit,
-                   const shade_point *point, const closure_set *set, const portal_mix *mix)
+static int scatter(const tracer *t, batch *b, path *p, const room *room, bent_ray *ray,
+                   const arrival *at, const shade_point *point, const closure_set *set, const portal_mix *mix)
 {
+  const bent_hit *hit = at->hit;
   double u[SAMPLER_DIMENSIONS];
   sampler_draw(&t->sampler, p->pixel_key, p->sample, SET_VERTEX + SETS_PER_VERTEX * p->vertex, u);
   bsdf_sample drawn;
@@ -297,9 +319,13 @@ static int scatter(const tracer *t, batch *b, path *p, const room *room, bent_ra
   if (p->last) return 0;
   if (drawn.lobe == LOBE_SUBSURFACE) return walk_below(t, b, p, room, ray, hit, point, &drawn);
   p->ray = path_scattered(p->ray, set, drawn.lobe, drawn.pdf == 0);
-  p->last = is_last(t->settings, &p->ray);
+  p->last = path_is_last(t->settings, &p->ray);
   if (drawn.pdf > 0) p->least_pdf = min2(p->least_pdf, drawn.lobes_pdf);
   if (!survives(t->settings, p, u[3])) return 0;
+  if (t->bidirectional) {
+    p->chain = at->chain;
+    bidirectional_leave(t, &p->chain, hit, point, &drawn, b->closures);
+  }
   p->scattered = (scattering){point->position, direct_normal(point, set), drawn.wi, drawn.pdf,
                               t->scene->geometry->instances[hit->instance].receiver_set, 0, -1, 0};
   ray->length_min = 0, ray->length_max = INFINITY;
@@ -310,11 +336,11 @@ static int scatter(const tracer *t, batch *b, path *p, const room *room, bent_ra
 
 /* Asks for light at a vertex, on the list, and goes on from there; returns 0 if the path ends. */
 static int leave_vertex(const tracer *t, batch *b, int list, path *p, const room *room, bent_ray *ray,
-                        const bent_hit *hit, const shade_point *point, const closure_set *set)
+                        const arrival *at, const shade_point *point, const closure_set *set)
 {
   const portal_mix mix = mix_at(t, p, point, set);
-  want_light(t, b, list, p, hit, point, set, &mix);
-  return scatter(t, b, p, room, ray, hit, point, set, &mix);
+  want_light(t, b, list, p, at, point, set, &mix);
+  return scatter(t, b, p, room, ray, at, point, set, &mix);
 }
 
 /* Whether the camera meets a holdout here: black and see-through, whatever the film (as Cycles). */
@@ -334,19 +360,19 @@ static void describe_ray(path *p, const bent_hit *hit, sample_record *record)
 }
 
 /* An immaterial surface, where the ray gathers light and goes on; returns 1 if it does. */
-static int shine_through(const tracer *t, path *p, const reach *reach, const surface *surface, bent_ray *ray,
-                         const bent_hit *hit, sample_record *record)
+static int shine_through(const tracer *t, path *p, const arrival *at, const surface *surface, bent_ray *ray,
+                         sample_record *record)
 {
   const vec3 emission = shading_emission(t->scene->shading, surface->material, &surface->point);
-  gather_emission(t, p, hit, reach, emission, record);
-  pass_through(t, p, ray, hit);
+  gather_emission(t, p, at, emission, record);
+  pass_through(t, p, ray, at->hit);
   return !(v3_max(emission) > 0) || p->ray.transparent++ < t->settings->transparent_bounces;
 }
 
 /* Cycles' Filter Glossy: what is seen after a blurry bounce is made rougher, the more so the blurrier the bounce was. */
 static void blur(const tracer *t, const path *p, const shade_point *point, closure_set *set)
 {
-  if (!(t->settings->blur_glossy > 0)) return;
+  if (!(t->settings->blur_glossy > 0) || t->bidirectional) return;
   const double pdf = p->least_pdf / t->settings->blur_glossy;
   if (pdf < 1) closure_set_blur(set, point, 0.5 * sqrt(1 - pdf));
 }
@@ -358,31 +384,34 @@ static int shade_surface(const tracer *t, batch *b, path *p, const reach *reach,
   surface surface;
   surface_at(t->scene, hit, p->scattered.position, &surface);
   surface.point.ray = p->ray;
-  if (p->ray.kinds & RAY_DIFFUSE) { /* paths to caustics: a diffuse surface sees a light in a mirror or through glass */
+  if (p->ray.kinds & RAY_DIFFUSE && !t->bidirectional) { /* paths to caustics: a diffuse surface sees a light in a mirror or through glass */
     surface.point.no_reflection = !t->settings->caustics_reflective;
     surface.point.no_refraction = !t->settings->caustics_refractive;
   }
   p->way += hit->length;
-  surface.point.footprint = t->pixel_size + t->pixel_slope * p->way;
+  surface.point.footprint = t->bidirectional ? path_footprint(t, surface.point.position)
+                                             : t->pixel_size + t->pixel_slope * p->way;
+  arrival here = {.reach = reach, .hit = hit}, *const at = &here;
+  if (t->bidirectional) here.chain = bidirectional_arrive(t, p, &surface.point, reach->spread);
   if (p->vertex >= VERTICES_MAX || !path_can_leave(t, surface.point.position)) return 0;
   int goes_on = 1;
   if (surface.see_through) {
     pass_through(t, p, ray, hit);
   } else if (t->scene->geometry->instances[hit->instance].visibility & BENT_IMMATERIAL) {
-    goes_on = shine_through(t, p, reach, &surface, ray, hit, record);
+    goes_on = shine_through(t, p, at, &surface, ray, record);
   } else if (p->last && !shading_may_be_transparent(t->scene->shading, surface.material)) {
     const vec3 emission = shading_emission(t->scene->shading, surface.material, &surface.point);
-    gather_emission(t, p, hit, reach, emission, record);
+    gather_emission(t, p, at, emission, record);
     goes_on = 0;
   } else {
     closure_set set = {.closures = room->closures[0]};
     shading_evaluate(t->scene->shading, surface.material, &surface.point, &set);
     blur(t, p, &surface.point, &set);
-    gather_emission(t, p, hit, reach, set.emission, record);
+    gather_emission(t, p, at, set.emission, record);
     if (p->ray.bounces == 0) p->alpha -= v3_average(v3_mul(p->beta, set.holdout));
     if (p->ray.bounces == 0) describe_surface(t, p, hit->length, record, &surface.point, &set);
     describe_features(t, p, record, &surface.point, &set);
-    goes_on = leave_vertex(t, b, 0, p, room, ray, hit, &surface.point, &set);
+    goes_on = leave_vertex(t, b, 0, p, room, ray, at, &surface.point, &set);
   }
   p->vertex++;
   return goes_on;
@@ -439,6 +468,7 @@ static bent_status shade_batch(const tracer *t, path_block *block, int first, in
   }
   batch b;
   b.vertex_count[0] = b.vertex_count[1] = 0;
+  b.closures = t->bidirectional ? block->light->closures : NULL;
   direct_reach(t, count, block->paths + first, block->hits + first, b.reach);
   for (int k = 0; k < count; k++) {
     const int i = first + k;
@@ -485,6 +515,10 @@ bent_status path_trace(const tracer *t, path_block *block, int count, const pixe
                        bent_render_statistics *statistics, bent_progress *progress, bent_error *error)
 {
   int alive = 0;
+  if (t->bidirectional) {
+    const bent_status status = light_paths_trace(t, block, count, wanted, statistics, progress, error);
+    if (status) return status;
+  }
   for (int i = 0; i < count; i++)
     if (start(t, &wanted[i], &block->paths[alive], &block->rays[alive], &block->records[i]))
       block->paths[alive++].record = i;

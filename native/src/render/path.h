@@ -6,6 +6,7 @@
 #include "bentlight/render.h"
 #include "render/camera.h"
 #include "render/bsdf.h"
+#include "render/chain.h"
 #include "render/channels.h"
 #include "render/filter.h"
 #include "light/lights.h"
@@ -20,6 +21,9 @@ typedef struct tracer {
   pixel_filter filter;
   double angle; /* wanted angular error of a ray, radians */
   double pixel_size, pixel_slope; /* of the central pixel: its size at the camera, and by how much that grows per length */
+  int bidirectional; /* light subpaths are traced too */
+  vec3 eye;          /* the camera's place */
+  int64_t (*light)[3]; /* where they add what they bring to the camera, as in render.h */
   int asks_scattering; /* some material wants to know by what kind of scattering a ray came */
 } tracer;
 
@@ -38,6 +42,7 @@ typedef struct scattering {
 /* A path in the making. */
 typedef struct path {
   scattering scattered;
+  chain chain;       /* of the camera's subpath, as it was left; only if light subpaths are traced too */
   vec3 beta;         /* throughput from here to the camera */
   vec3 radiance;     /* gathered so far */
   vec3 feature_beta; /* throughput of mirrors and glass before the surface that denoising features describe */
@@ -55,7 +60,8 @@ typedef struct path {
 
 /* A ray that is to find out what stands between a vertex and a light: the light that it brings if nothing does. */
 typedef struct shadow {
-  int path; /* of the block */
+  int path; /* of the block; -1: the light goes to the point `image` of the picture */
+  double image[2];
   light_kind kind;
   vec3 target;  /* as in light_sample */
   int instance, triangle; /* that the target lies on; instance -1: none */
@@ -92,6 +98,7 @@ typedef struct path_block {
   bent_ray *shadow_rays;
   bent_hit *shadow_hits;
   shadow_count *counts;   /* by portal_cell, to be counted up; NULL: nobody counts */
+  struct light_paths *light; /* light_path.h, freed with the block; NULL if light subpaths are not traced */
 } path_block;
 
 bent_status path_block_new(path_block *out, const bent_scene *scene, int capacity, bent_error *error);
@@ -104,8 +111,12 @@ typedef struct pixel_sample {
 
 /* The history of what a kind of lobe of a set scatters of a ray; `sharp`: by a delta lobe. */
 ray_history path_scattered(ray_history ray, const closure_set *set, bsdf_lobe lobe, int sharp);
+/* Whether the surface that a path with that history meets is its last. */
+int path_is_last(const bent_render_settings *settings, const ray_history *ray);
 /* Whether light can leave from a place: not from inside a horizon, nor from where rounding sees one. */
 int path_can_leave(const tracer *t, vec3 origin);
+/* About the size of a pixel at a place that light subpaths come to as well: along the straight way. */
+double path_footprint(const tracer *t, vec3 position);
 /* Points `ray`, whose visibility is set, away from a surface, or from the camera if that is NULL. */
 void path_set_ray(const tracer *t, bent_ray *ray, vec3 origin, vec3 direction, const bent_hit *surface);
 /* Intersects n rays, some at a time: looks for a cancel in between. */

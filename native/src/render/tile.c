@@ -8,6 +8,7 @@
 #include "render/camera.h"
 #include "render/compression.h"
 #include "render/film.h"
+#include "render/light_path.h"
 #include "render/path.h"
 #include "scene/scene.h"
 
@@ -50,6 +51,10 @@ static bent_status check(const bent_scene *scene, const bent_render_settings *s,
                      s->light_threshold);
   if ((unsigned)s->light_sampling >= BENT_LIGHT_SAMPLINGS)
     return bent_fail(error, BENT_ERROR_ARGUMENT, "render: there is no light_sampling %d", (int)s->light_sampling);
+  if ((unsigned)s->integrator >= BENT_INTEGRATORS)
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "render: there is no integrator %d", (int)s->integrator);
+  if (s->integrator == BENT_BIDIRECTIONAL && s->light_sampling != BENT_LIGHTS_BOTH)
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "render: the integrator BIDIRECTIONAL needs light_sampling BOTH");
   if (!(s->alpha_threshold >= 0 && s->alpha_threshold <= 1))
     return bent_fail(error, BENT_ERROR_ARGUMENT, "render: alpha_threshold must lie in [0, 1], got %g",
                      s->alpha_threshold);
@@ -223,7 +228,7 @@ static void write_nothing(float *const channels[CHANNEL_COUNT], size_t pixels)
 
 bent_status bent_scene_render_tile(const bent_scene *scene, uint32_t x, uint32_t y, uint32_t width, uint32_t height,
                                    const bent_render_settings *settings, float *const channels[BENT_CHANNELS_MAX],
-                                   bent_render_statistics *statistics, bent_progress *progress, bent_error *error)
+                                   int64_t (*light)[3], bent_render_statistics *statistics, bent_progress *progress, bent_error *error)
 {
   const uint32_t tile[4] = {x, y, width, height};
   *statistics = (bent_render_statistics){0};
@@ -234,11 +239,15 @@ bent_status bent_scene_render_tile(const bent_scene *scene, uint32_t x, uint32_t
   tracer t;
   path_block block;
   tracer_init(&t, scene, settings);
+  t.light = light;
+  if (t.bidirectional && !light)
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "render: the integrator BIDIRECTIONAL needs the array `light`");
   status = path_block_new(&block, scene, BLOCK_SAMPLES, error);
   if (status) return status;
   film *film = malloc(sizeof *film);
   uint8_t *multiple = malloc((size_t)width * height + 1);
-  if (!film || !multiple) status = bent_fail(error, BENT_ERROR_MEMORY, "render: out of memory");
+  if (t.bidirectional) block.light = light_paths_new(BLOCK_SAMPLES, block.lobes);
+  if (!film || !multiple || (t.bidirectional && !block.light)) status = bent_fail(error, BENT_ERROR_MEMORY, "render: out of memory");
   if (!status) status = compression_measure(&t, tile, settings->photon_ring_samples, multiple, progress, error);
   if (!status) status = render_strips(&t, &block, film, tile, multiple, channels, statistics, progress, error);
   else if (status == BENT_CANCELLED && !settings->resume) write_nothing(channels, (size_t)width * height);

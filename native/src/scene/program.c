@@ -149,6 +149,7 @@ static int lobes_of(const row *r)
 /* What the host asks about a material as a whole. A lobe with a constant weight of 0 does not count. */
 static void classify(program *p)
 {
+  int asks_length = 0;
   for (size_t at = 0; at < p->code_length; at += instruction_length(&rows[p->code[at]])) {
     const int32_t *code = p->code + at;
     const row_kind kind = rows[code[0]].kind;
@@ -158,6 +159,8 @@ static void classify(program *p)
 #define IS_ZERO(i) (in[i] && in[i]->x == zero.x && in[i]->y == zero.y && in[i]->z == zero.z)
     if (rows[code[0]].run == op_light_path && code[2] >= PATH_IS_DIFFUSE) p->asks_scattering = 1;
     p->lobe_count += lobes_of(&rows[code[0]]);
+    if (rows[code[0]].run == op_light_path) p->asks_history = 1;
+    if (rows[code[0]].run == op_coordinate && code[2] == COORDINATE_RAY_LENGTH) asks_length = 1;
     if (kind == SEE_THROUGH && !IS_ZERO(0) && !IS_ZERO(1)) p->may_be_transparent = 1;
     if (kind == EMITS && !IS_ZERO(0) && !IS_ZERO(1) && !IS_ZERO(2)) p->may_emit = 1;
     if (kind == PRINCIPLED && !IS_ZERO(0)) {
@@ -166,6 +169,7 @@ static void classify(program *p)
     }
 #undef IS_ZERO
   }
+  if (asks_length && p->lobe_count) p->asks_history = 1;
 }
 
 bent_status program_make(program *out, const bent_program *source, int image_count, bent_error *error)

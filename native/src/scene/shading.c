@@ -170,6 +170,13 @@ int shading_any_asks_scattering(const shading *shading)
   return any;
 }
 
+int shading_any_asks_history(const shading *shading)
+{
+  for (int i = 0; i < shading->material_count; i++)
+    if (shading->materials[i].asks_history) return 1;
+  return 0;
+}
+
 int shading_lobe_max(const shading *shading)
 {
   int most = 1;

@@ -78,6 +78,8 @@ int shading_may_emit(const shading *shading, int material);
 int shading_asks_scattering(const shading *shading, int material);
 int shading_sky_asks_scattering(const shading *shading);
 int shading_any_asks_scattering(const shading *shading);
+/* Nonzero if a material of a surface or lamp asks for the ray's history, or scatters by its length. */
+int shading_any_asks_history(const shading *shading);
 /* The most lobes that any material can add at a point, at least 1. */
 int shading_lobe_max(const shading *shading);
 

@@ -1,0 +1,113 @@
+"""Light traced from lamps and from the camera: the same mean as from the camera alone, whatever bends the rays."""
+
+import meshes
+import numpy as np
+import pytest
+from bentlight_native import RenderSettings, Spacetime, light_image
+from scenes import add, diffuse, emission, glass, glossy, look_at, new_scene, perspective, quad
+from test_render_curved import placed
+
+SIZE = 16
+GRAY = diffuse((0.7, 0.7, 0.7))
+BOUNCES = {"max_bounces": 3, "diffuse_bounces": 9, "glossy_bounces": 9, "transmission_bounces": 9, "roulette_start": 2}
+
+
+def lamp(scene, color, half, at, **instance):
+    """A square that shines on both of its sides."""
+    add(scene, quad(half, half), emission(color), at=at, **instance)
+
+
+def room(ball=GRAY, spacetime=None):
+    """A closed room with a ball, a block and a lamp under its ceiling; a hole in its middle."""
+    scene = new_scene()
+    add(scene, meshes.box((-2, -2, -2), (2, 2, 2)), GRAY)
+    add(scene, meshes.sphere(0.6, segments=24, rings=12), ball, at=placed(-0.8, 0.5, -1.3))
+    add(scene, meshes.box((0.4, -0.6, -2), (1.1, 0.2, -0.8)), diffuse((0.2, 0.5, 0.8)))
+    lamp(scene, (5, 4, 3), 0.5, placed(0.3, 0.4, 1.6))
+    if spacetime is not None:
+        scene.set_spacetime(spacetime, placed(0.3, 0.6, 0.1))
+    perspective(scene, look_at((0, -1.9, 0.2), (0, 1.9, -0.2)))
+    scene.commit()
+    return scene
+
+
+def picture(scene, samples, seed, size=SIZE, tiles=None, **settings):
+    """(size, size, 3) by either integrator."""
+    settings = RenderSettings(size, size, sample_count=samples, seed=seed, **(BOUNCES | settings))
+    light, combined, taken = np.zeros((size, size, 3), np.int64), np.zeros((size, size, 4), np.float32), 0
+    for x, y, w, h in tiles or [(0, 0, size, size)]:
+        part = {"combined": np.zeros((h, w, 4), np.float32)}
+        taken += scene.render_tile(x, y, w, h, settings, part, light=light).samples
+        combined[y : y + h, x : x + w] = part["combined"]
+    return combined[..., :3] + light_image(light, taken)
+
+
+def pictures(scene, samples, seeds, **settings):
+    return np.array([picture(scene, samples, seed, **settings) for seed in range(seeds)], float)
+
+
+def assert_equal_means(a, b):
+    """Z-tests of the whole picture and of its sixteenths over independent pictures (n, SIZE, SIZE, 3)."""
+
+    def parts(p):
+        blocks = p.reshape(len(p), 4, SIZE // 4, 4, SIZE // 4, 3).mean(axis=(2, 4, 5)).reshape(len(p), -1)
+        return np.concatenate([blocks, blocks.mean(axis=1, keepdims=True)], axis=1)
+
+    a, b = parts(a), parts(b)
+    error = np.sqrt(a.var(axis=0, ddof=1) / len(a) + b.var(axis=0, ddof=1) / len(b))
+    assert error[-1] < 0.02 * a.mean(), "too noisy to tell"
+    # A hole's middle gets light by the filter's outermost millionths only, which path tracing hardly ever samples.
+    z = (a.mean(axis=0) - b.mean(axis=0)) / np.maximum(error, 1e-5 * a.mean())
+    assert (np.abs(z) < 4.5).all(), z
+
+
+BALLS = {
+    "diffuse": GRAY,
+    "metal": glossy((0.9, 0.9, 0.9), 0.4),
+    "mirror": glossy((0.9, 0.9, 0.9), 0.0),
+    "glass": glass((0.9, 0.9, 0.9), 0.0, 1.5),
+    "frosted": glass((0.9, 0.9, 0.9), 0.5, 1.5),
+}
+
+
+@pytest.mark.parametrize("ball", BALLS)
+def test_flat_room(ball):
+    scene = room(BALLS[ball])
+    both = pictures(scene, 16, 16, integrator="BIDIRECTIONAL")
+    assert_equal_means(both, pictures(scene, 64, 16))
+
+
+@pytest.mark.parametrize("chart", ["isotropic", "areal"])
+def test_room_around_a_hole(chart):
+    """Without the ratio of frequencies on each arc light tracing is wrong here."""
+    scene = room(spacetime=Spacetime.schwarzschild(0.15, chart=chart))
+    both = pictures(scene, 8, 16, integrator="BIDIRECTIONAL")
+    assert_equal_means(both, pictures(scene, 32, 16))
+
+
+def test_tiles_threads_and_ranges_do_not_matter():
+    scene = room(BALLS["frosted"])
+    whole = picture(scene, 4, 0, integrator="BIDIRECTIONAL")
+    tiles = [(8, 0, 8, 16), (0, 0, 8, 5), (0, 5, 8, 11)]
+    np.testing.assert_array_equal(picture(scene, 4, 0, tiles=tiles, integrator="BIDIRECTIONAL"), whole)
+    parts = [picture(scene, 2, 0, first_sample=first, integrator="BIDIRECTIONAL") for first in (0, 2)]
+    np.testing.assert_allclose(np.mean(parts, axis=0), whole, rtol=1e-5, atol=1e-7)
+
+
+def test_settings_that_do_not_fit_are_errors():
+    scene = room()
+    with pytest.raises(ValueError, match="light_sampling BOTH"):
+        picture(scene, 1, 0, integrator="BIDIRECTIONAL", light_sampling="SCATTERING")
+    settings = RenderSettings(SIZE, SIZE, integrator="BIDIRECTIONAL")
+    with pytest.raises(ValueError, match="needs the array `light`"):
+        scene.render_tile(0, 0, SIZE, SIZE, settings, {})
+    with pytest.raises(ValueError, match="light: expected int64"):
+        scene.render_tile(0, 0, SIZE, SIZE, settings, {}, light=np.zeros((SIZE, SIZE, 3), np.float32))
+
+
+def test_a_spinning_hole_is_an_obstacle():
+    """Then the picture is that of path tracing."""
+    scene = room(spacetime=Spacetime.kerr(0.15, 0.1))
+    assert scene.bidirectional_obstacle() == "a black hole spins"
+    np.testing.assert_array_equal(picture(scene, 2, 0, integrator="BIDIRECTIONAL"), picture(scene, 2, 0))
+    assert room(spacetime=Spacetime.schwarzschild(0.15)).bidirectional_obstacle() is None
