@@ -60,7 +60,8 @@ class RenderSettings:
     integrator: 'PATH': light is followed from the camera; 'BIDIRECTIONAL': from the lamps as well, for caustics.
         The mean of a picture is the same, except that PATH does not find caustics of lamps without size.
         Suns, the sky and lamps that do not shine on everything are followed from the camera alone.
-        `Scene.bidirectional_obstacle` says where it is PATH instead. light_sampling must be 'BOTH'.
+        `Scene.bidirectional_obstacle` says where it is PATH instead. light_sampling must be 'BOTH'; blur_glossy and
+        the switches of caustics do nothing.
     light_sampling: how lights are found. 'SCATTERING': by scattered rays that happen to meet them; 'CONNECTIONS': by
         rays that join a point on a light with the surface, where they are known; 'BOTH': each where it is better. The
         mean of a picture is the same, except that lamps and suns without size need connections.

@@ -61,8 +61,8 @@ double bidirectional_weight_emission(const tracer *t, const path *p, const chain
 {
   const lights *lights = t->scene->lights;
   const vec3 position = v3_from(hit->position);
-  const light_sample place = {.kind = LIGHT_TRIANGLE, .index = hit->instance, 
-                              .triangle = hit->triangle, .target = position,
+  const light_sample place = {.kind = LIGHT_TRIANGLE, .index = hit->instance, .triangle = hit->triangle,
+                              .target = position,
                               .area = lights_triangle_area(t->scene, hit->instance, hit->triangle, position)};
   const double drawn = lights_place_probability(lights, t->scene, &place, p->scattered.position, p->scattered.normal);
   const double started = lights_start_chance(lights, LIGHT_TRIANGLE, hit->instance, hit->triangle) *
