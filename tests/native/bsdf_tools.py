@@ -87,10 +87,18 @@ def translucent(color=1.0, normal=NORMAL, weight=1.0):
 
 
 def metallic(
-    color=1.0, edge=1.0, roughness=0.5, normal=NORMAL, anisotropy=0.0, rotation=0.0, physical=False, weight=1.0
+    color=1.0,
+    edge=1.0,
+    roughness=0.5,
+    normal=NORMAL,
+    anisotropy=0.0,
+    rotation=0.0,
+    physical=False,
+    distribution="MULTI_GGX",
+    weight=1.0,
 ):
     operands = (color, edge, roughness, normal, anisotropy, rotation, (1.0, 0.0, 0.0))
-    return ("metallic", operands, ("MULTI_GGX", "PHYSICAL_CONDUCTOR" if physical else "F82"), weight)
+    return ("metallic", operands, (distribution, "PHYSICAL_CONDUCTOR" if physical else "F82"), weight)
 
 
 def sheen(color=1.0, roughness=0.5, normal=NORMAL, distribution="MICROFIBER", weight=1.0):
