@@ -52,6 +52,8 @@ def material(*closures, scene=SCENE):
     normal = builder.emit("coordinate", immediates=("SHADING_NORMAL",))[0]
 
     def emit(operation, operands, immediates):
+        if isinstance(immediates, np.ndarray):
+            immediates = builder.table(immediates)
         numbers = [normal if value is NORMAL else builder.constant(value) for value in operands]
         builder.emit(operation, *numbers, immediates=immediates_of(immediates))
 
@@ -107,6 +109,22 @@ def sheen(color=1.0, roughness=0.5, normal=NORMAL, distribution="MICROFIBER", we
 
 def transparent(color=1.0, weight=1.0):
     return ("transparent", (color,), None, weight)
+
+
+# The sensitivity that tests of films use: one wavelength of 500 nm for all channels, which is seen at any way.
+FILM_WAVELENGTH_NM, FILM_ENTRIES = 500.0, 20_000
+
+
+def film_table(reach):
+    phase = 2 * np.pi * np.linspace(0, reach, FILM_ENTRIES) / FILM_WAVELENGTH_NM
+    rows = np.zeros((FILM_ENTRIES, 2, 4), np.float32)
+    rows[:, 0, :3], rows[:, 1, :3] = np.cos(phase)[:, None], -np.sin(phase)[:, None]
+    return rows.reshape(-1, 4)
+
+
+def under_film(closure, thickness, ior=1.33):
+    """A closure of bsdf_tools with a film on it."""
+    return (*closure, ("film", (thickness, ior, 1.0, 9000.0), film_table(9000.0)))
 
 
 def subsurface(

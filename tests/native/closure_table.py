@@ -3,7 +3,18 @@
 import itertools
 
 from bentlight_native import OPERATIONS
-from bsdf_tools import diffuse, glass, glossy, immediates_of, metallic, principled, refraction, sheen, translucent
+from bsdf_tools import (
+    diffuse,
+    glass,
+    glossy,
+    immediates_of,
+    metallic,
+    principled,
+    refraction,
+    sheen,
+    translucent,
+    under_film,
+)
 
 # Lobes that scatter into a range of directions.
 ROUGH = {
@@ -29,6 +40,9 @@ ROUGH = {
     "coat": (principled(roughness=0.8, metallic=0.5, coat_weight=0.8, coat_roughness=0.4, coat_tint=(0.9, 0.5, 0.7)),),
     "sheen": (sheen((0.9, 0.5, 0.1), 0.4),),
     "sheen_rough": (sheen(1.0, 1.0),),
+    "iridescent": (under_film(principled(roughness=0.4, base_color=0.8), 400.0),),
+    "iridescent_glass": (under_film(glass((0.9, 1.0, 0.8), 0.5), 300.0, 1.8),),
+    "iridescent_metal": (under_film(metallic(0.9, 0.7, 0.4, distribution="GGX"), 300.0),),
     "velvet": (sheen((0.9, 0.5, 0.1), 0.6, distribution="ASHIKHMIN"),),
     "fuzzy": (principled(roughness=0.6, sheen_weight=0.8, sheen_roughness=0.3, coat_weight=0.5, coat_roughness=0.5),),
     "everything": (principled(metallic=0.3, transmission=0.4, diffuse_roughness=0.6, specular_level=0.9),),
@@ -43,7 +57,8 @@ def closure_choices():
     """(operation, immediates) of all that add lobes, as the core lists them: what is new there is here too."""
     without = {"emission", "holdout"}
     adding = {name: row for name, row in OPERATIONS.items() if row.outputs == 0 and name not in without}
-    return {(name, choice) for name, row in adding.items() for choice in itertools.product(*row.choices)}
+    choices = {name: [names for names in row.choices if names] for name, row in adding.items()}  # no plain numbers
+    return {(name, choice) for name in adding for choice in itertools.product(*choices[name])}
 
 
 def choices_of(*closures):
@@ -51,5 +66,5 @@ def choices_of(*closures):
     used = set()
     for operation, _, immediates, _, *layers in closures:
         used.add((operation, immediates_of(immediates)))
-        used.update((layer, immediates_of(choice)) for layer, _, choice in layers)
+        used.update((layer, () if layer == "film" else immediates_of(choice)) for layer, _, choice in layers)
     return used

@@ -290,6 +290,7 @@ def test_colors_out_of_range_stay_harmless(bad):
         sheen(distribution="ASHIKHMIN"),
         subsurface(),
         subsurface(method="RANDOM_WALK_SKIN"),
+        (*glass(roughness=0.5), ("film", (300.0, 1.4, 1.0, 100.0), np.ones((8, 4), np.float32))),
         principled(anisotropy=0.5, coat_weight=0.5, sheen_weight=0.5, subsurface_weight=0.5, emission_strength=1.0),
     ],
     ids=lambda closure: closure[0],
@@ -310,7 +311,8 @@ def test_any_operand_out_of_range_is_harmless(closure, bad):
             numbers = [normal if value is NORMAL else builder.constant(value) for value in values]
             if i == place[0]:
                 numbers[place[1]] = wrong
-            builder.emit(name, *numbers, immediates=immediates_of(choices))
+            table = isinstance(choices, np.ndarray)
+            builder.emit(name, *numbers, immediates=builder.table(choices) if table else immediates_of(choices))
         index = SCENE.add_material(builder.build())
         for wo in (direction(0.5), direction(1e-6), (0, 0, 1)):
             drawn = SCENE.draw_bsdf(index, rng.random((200, 3)), wo=wo)

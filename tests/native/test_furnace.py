@@ -20,6 +20,7 @@ from bsdf_tools import (
     subsurface,
     translucent,
     transparent,
+    under_film,
 )
 from closure_table import ROUGH, SHARP, choices_of, closure_choices
 from microfacet_oracle import facets, glass_energy, layer_energy, smith_lambda
@@ -82,6 +83,8 @@ FURNACE = {
         glass_once,
         1e-3,
     ),
+    "glass under a film": (lambda r: under_film(glass(roughness=r, distribution="GGX"), 400.0), at_most_all, 0),
+    "metal under a film": (lambda r: under_film(metallic(0.9, 0.7, roughness=r), 400.0), at_most_all, 0.004),
     "fuzzy": (lambda r: principled(base_color=1.0, sheen_weight=1.0, sheen_roughness=r), at_most_all, 0.007),
     "coated": (lambda r: principled(base_color=1.0, coat_weight=1.0, coat_roughness=r), at_most_all, 0.007),
     "flesh below": (lambda r: principled(base_color=1.0, subsurface_weight=1.0, roughness=r), at_most_all, 0.007),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from .compiler import NodeView, shader_node
+from .film import emit_film
 
 
 def _distribution(node: NodeView) -> str:
@@ -13,15 +14,8 @@ def _distribution(node: NodeView) -> str:
     return kind
 
 
-def _missing(node: NodeView, inputs: dict[str, float]) -> None:
-    used = [name for name, value in inputs.items() if not node.is_default(name, value)]
-    if used:
-        node.warn(f"{', '.join(used)} of '{node.node.bl_label}' not supported yet; left out")
-
-
 @shader_node("ShaderNodeBsdfPrincipled")
 def _principled(node: NodeView, weight: int) -> None:
-    _missing(node, {"Thin Film Thickness": 0.0})
     names = (
         *("Base Color", "Metallic", "Roughness", "Diffuse Roughness", "IOR", "Specular IOR Level", "Specular Tint"),
         *("Transmission Weight", "Alpha", "Normal", "Emission Color", "Emission Strength"),
@@ -36,6 +30,7 @@ def _principled(node: NodeView, weight: int) -> None:
     if not node.is_default("Subsurface Weight", 0.0):
         below = [node.input(f"Subsurface {name}") for name in ("Weight", "Radius", "Scale", "IOR", "Anisotropy")]
         node.emit("subsurface_layer", *below, immediates=(_walk(node, node.node.subsurface_method),))
+    emit_film(node)
     node.emit("principled", weight, *operands, immediates=(_distribution(node),))
 
 
@@ -73,18 +68,18 @@ def _glossy(node: NodeView, weight: int) -> None:
 
 @shader_node("ShaderNodeBsdfMetallic")
 def _metallic(node: NodeView, weight: int) -> None:
-    _missing(node, {"Thin Film Thickness": 0.0})
     model = node.node.fresnel_type
     colors = ("Base Color", "Edge Tint") if model == "F82" else ("IOR", "Extinction")
     operands = (*map(node.input, colors), node.input("Roughness"), node.normal())
     stretch = _stretch(node, "Anisotropy", "Rotation")
+    emit_film(node)
     node.emit("metallic", weight, *operands, *stretch, immediates=(_distribution(node), model))
 
 
 @shader_node("ShaderNodeBsdfGlass")
 def _glass(node: NodeView, weight: int) -> None:
-    _missing(node, {"Thin Film Thickness": 0.0})
     operands = (node.input("Color"), node.input("Roughness"), node.input("IOR"), node.normal())
+    emit_film(node)
     node.emit("glass", weight, *operands, immediates=(_distribution(node),))
 
 

@@ -176,20 +176,36 @@ static vec3 conductor_average(vec3 f0, vec3 edge)
   return v3_saturate(v3_sub(v3_mix(f0, v3_splat(1), 1.0 / 21), v3_scale(edge, 1.0 / 126)));
 }
 
+void closure_put_film(closure *c, const thin_film *film)
+{
+  if (!film_exists(film)) return;
+  c->film = *film;
+  c->fresnel = c->fresnel == FRESNEL_CONDUCTOR ? FRESNEL_FILM_ON_CONDUCTOR
+               : c->fresnel == FRESNEL_COMPLEX ? FRESNEL_FILM_ON_COMPLEX : FRESNEL_FILM_ON_TINTED;
+}
+
+vec3 closure_reflectance(const closure *c, const shade_point *point)
+{
+  vec3 reflected, transmitted;
+  double cos_t;
+  fresnel_colors(c, saturate(v3_dot(c->normal, point->wo)), &reflected, &transmitted, &cos_t);
+  return reflected;
+}
+
 void closure_finish_metal(closure_set *set, closure *c, const shade_point *point, vec3 color, vec3 tint,
-                          int multiscatter)
+                          const thin_film *film, int multiscatter)
 {
   c->fresnel = FRESNEL_CONDUCTOR;
   c->f0 = color;
   c->edge = fresnel_conductor_edge(color, tint);
-  const double mu = saturate(v3_dot(c->normal, point->wo));
-  closure_finish_reflection(set, c, point, fresnel_conductor(mu, c->f0, c->edge), conductor_average(c->f0, c->edge),
+  closure_put_film(c, film);
+  closure_finish_reflection(set, c, point, closure_reflectance(c, point), conductor_average(c->f0, c->edge),
                             multiscatter);
 }
 
 /* The mean of the true curve is that of the curve by Schlick that agrees at mu = 1 and 1/7, as in Cycles. */
 static void finish_complex_metal(closure_set *set, closure *c, const shade_point *point, vec3 n, vec3 k,
-                                 int multiscatter)
+                                 const thin_film *film, int multiscatter)
 {
   c->fresnel = FRESNEL_COMPLEX;
   c->f0 = n;
@@ -197,22 +213,22 @@ static void finish_complex_metal(closure_set *set, closure *c, const shade_point
   const vec3 front = fresnel_complex_colors(1, n, k), side = fresnel_complex_colors(1.0 / 7, n, k);
   const vec3 schlick = fresnel_conductor(1.0 / 7, front, v3(0, 0, 0));
   const vec3 tint = v3(side.x / schlick.x, side.y / schlick.y, side.z / schlick.z);
-  const double mu = saturate(v3_dot(c->normal, point->wo));
-  closure_finish_reflection(set, c, point, fresnel_complex_colors(mu, n, k),
+  closure_put_film(c, film);
+  closure_finish_reflection(set, c, point, closure_reflectance(c, point),
                             conductor_average(front, fresnel_conductor_edge(front, tint)), multiscatter);
 }
 
 void closure_add_metallic(closure_set *set, const shade_point *point, vec3 weight, vec3 color_or_ior,
                           vec3 tint_or_extinction, double roughness, vec3 normal, const stretch *stretch,
-                          int multiscatter, int physical)
+                          const thin_film *film, int multiscatter, int physical)
 {
   if (point->no_reflection) return;
   closure *c = closure_next_microfacet(set, CLOSURE_REFLECTION, point, v3_positive(weight), roughness, normal);
   if (!c) return;
   closure_stretch_along(c, stretch);
   const vec3 a = v3_positive(color_or_ior), b = v3_positive(tint_or_extinction);
-  if (physical) finish_complex_metal(set, c, point, a, b, multiscatter);
-  else closure_finish_metal(set, c, point, v3_saturate(a), v3_saturate(b), multiscatter);
+  if (physical) finish_complex_metal(set, c, point, a, b, film, multiscatter);
+  else closure_finish_metal(set, c, point, v3_saturate(a), v3_saturate(b), film, multiscatter);
 }
 
 void closure_add_glossy(closure_set *set, const shade_point *point, vec3 weight, vec3 color, double roughness,
@@ -233,6 +249,14 @@ double closure_ior_beyond(const shade_point *point, double ior)
   return point->backfacing ? 1 / valid : valid;
 }
 
+void closure_put_glass_film(closure *c, const shade_point *point, const thin_film *film, double ior)
+{
+  if (!film_exists(film)) return;
+  thin_film here = *film; /* from inside, the film is seen from the glass */
+  if (point->backfacing) here.ior /= min2(max2(ior, 1e-3), 1e3);
+  closure_put_film(c, &here);
+}
+
 void closure_finish_glass(closure_set *set, closure *c, const shade_point *point, vec3 fss, int multiscatter)
 {
   const double mu = saturate(v3_dot(c->normal, point->wo)), roughness = closure_roughness(c);
@@ -251,7 +275,7 @@ void closure_finish_glass(closure_set *set, closure *c, const shade_point *point
 }
 
 void closure_add_glass(closure_set *set, const shade_point *point, vec3 weight, vec3 color, double roughness, double ior,
-                       vec3 normal, int multiscatter)
+                       vec3 normal, const thin_film *film, int multiscatter)
 {
   if (point->no_reflection && point->no_refraction) return;
   closure *c = closure_next_microfacet(set, CLOSURE_GLASS, point, v3_positive(v3_mul(weight, v3_positive(color))),
@@ -259,7 +283,9 @@ void closure_add_glass(closure_set *set, const shade_point *point, vec3 weight, 
   if (!c) return;
   c->fresnel = FRESNEL_DIELECTRIC;
   c->ior = closure_ior_beyond(point, ior);
+  c->f0 = v3_splat(fresnel_f0(c->ior));
   c->transmission_color = v3_splat(1);
+  closure_put_glass_film(c, point, film, ior);
   closure_finish_glass(set, c, point, v3_saturate(color), multiscatter);
 }
 

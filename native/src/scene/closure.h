@@ -31,8 +31,21 @@ typedef enum fresnel_kind {
   FRESNEL_DIELECTRIC, /* unpolarized dielectric */
   FRESNEL_TINTED,     /* the dielectric curve remapped to start at f0 instead of its own value at normal incidence */
   FRESNEL_CONDUCTOR,  /* Schlick from f0 to 1, minus `edge` * mu (1 - mu)^6 (F82 tint) */
-  FRESNEL_COMPLEX     /* conductor of refractive index f0 and extinction coefficient `edge` */
+  FRESNEL_COMPLEX,    /* conductor of refractive index f0 and extinction coefficient `edge` */
+  /* the same under a thin film, from here on: */
+  FRESNEL_FILM_ON_TINTED, FRESNEL_FILM_ON_CONDUCTOR, FRESNEL_FILM_ON_COMPLEX
 } fresnel_kind;
+
+/* A film so thin that light which it reflects on both sides interferes. */
+typedef struct thin_film {
+  double thickness, thinnest; /* nm; films thinner than `thinnest` fade into nothing, those below 0.1 nm are none */
+  double ior;                 /* relative to the side of wo */
+  /* what channels see of light that interferes, by the difference of ways (fresnel_film.c) */
+  const float (*sensitivity)[4];
+  int count;
+  double reach; /* nm: the difference of ways of the last entry */
+} thin_film;
+static inline int film_exists(const thin_film *film) { return film && film->thickness > 0.1 && film->ior > 0; }
 
 typedef struct closure {
   closure_kind kind;
@@ -57,6 +70,7 @@ typedef struct closure {
   int no_reflection, no_refraction; /* glass: one of the two is left out */
   vec3 multiscatter;        /* diffuse with roughness: the part of the second bounce that depends on wo only */
   vec3 albedo;              /* estimate, with the weight, for this wo */
+  thin_film film;           /* of FRESNEL_FILM_ON_* */
 } closure;
 
 typedef struct closure_set {
@@ -80,12 +94,13 @@ void closure_add_diffuse(closure_set *set, const struct shade_point *point, vec3
                          vec3 normal);
 void closure_add_glossy(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color, double roughness,
                         vec3 normal, const stretch *stretch, int multiscatter);
-/* Metal of a color from the front and a tint at the edge or, if `physical`, of a refractive index and an extinction. */
+/* Metal of a color from the front and a tint at the edge or, if `physical`, of a refractive index and an extinction. Films
+ * may be NULL: none. */
 void closure_add_metallic(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color_or_ior,
                           vec3 tint_or_extinction, double roughness, vec3 normal, const stretch *stretch,
-                          int multiscatter, int physical);
+                          const thin_film *film, int multiscatter, int physical);
 void closure_add_glass(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color, double roughness,
-                       double ior, vec3 normal, int multiscatter);
+                       double ior, vec3 normal, const thin_film *film, int multiscatter);
 void closure_add_refraction(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color, double roughness,
                             double ior, vec3 normal);
 void closure_add_translucent(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color, vec3 normal);
@@ -126,6 +141,7 @@ typedef struct principled {
   const sheen_layer *sheen; /* NULL: none */
   const coat_layer *coat;
   const subsurface *subsurface;
+  const thin_film *film;
   int multiscatter;
 } principled;
 /* At most: transparent, metal, glass, specular, diffuse; and one for each layer. */

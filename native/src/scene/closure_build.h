@@ -27,9 +27,15 @@ void closure_finish(closure_set *set, closure *c, vec3 albedo);
  * what the lobe takes from the layers below: light lost between microfacets is not given to them. */
 vec3 closure_finish_reflection(closure_set *set, closure *c, const shade_point *point, vec3 colors, vec3 fss,
                                int multiscatter);
+/* Puts a film, if there is one, on a lobe whose other Fresnel fields are set. */
+void closure_put_film(closure *c, const thin_film *film);
+/* The same on glass of that IOR, which is seen from outside or from inside. */
+void closure_put_glass_film(closure *c, const shade_point *point, const thin_film *film, double ior);
+/* The reflectance of a lobe at its normal. */
+vec3 closure_reflectance(const closure *c, const shade_point *point);
 /* A reflecting lobe of metal by its color and its tint at the edge, both in [0, 1]. */
 void closure_finish_metal(closure_set *set, closure *c, const shade_point *point, vec3 color, vec3 tint,
-                          int multiscatter);
+                          const thin_film *film, int multiscatter);
 /* Glass with the Fresnel fields set; `fss` is the mean color that each bounce between facets is multiplied by. */
 void closure_finish_glass(closure_set *set, closure *c, const shade_point *point, vec3 fss, int multiscatter);
 #endif

@@ -19,15 +19,18 @@ static vec3 layer_below(vec3 weight, vec3 albedo)
 
 /* Completes a dielectric reflection whose reflectance starts at f0. Returns what it takes from the layers below. */
 static vec3 finish_dielectric(closure_set *set, closure *c, const shade_point *point, double ior, vec3 f0,
-                              int multiscatter)
+                              const thin_film *film, int multiscatter)
 {
   c->fresnel = FRESNEL_TINTED;
   c->ior = ior;
   c->f0 = f0;
+  const vec3 fss = v3_mix(f0, v3_splat(1), fresnel_rise(fresnel_average(ior), ior));
+  closure_put_film(c, film);
+  if (c->fresnel != FRESNEL_TINTED) /* there is no table of rough films; as Cycles */
+    return closure_finish_reflection(set, c, point, closure_reflectance(c, point), fss, multiscatter);
   const double mu = saturate(v3_dot(c->normal, point->wo));
   const double rise = closure_is_delta(c) ? fresnel_rise(fresnel_dielectric(mu, ior, NULL), ior)
                                           : microfacet_fresnel_rise(closure_roughness(c), mu, ior);
-  const vec3 fss = v3_mix(f0, v3_splat(1), fresnel_rise(fresnel_average(ior), ior));
   return closure_finish_reflection(set, c, point, v3_mix(f0, v3_splat(1), rise), fss, multiscatter);
 }
 
@@ -58,7 +61,7 @@ static vec3 principled_coat(closure_set *set, const shade_point *point, vec3 wei
   const double sine2 = 1 - squared(v3_dot(c->normal, point->wo));
   const double path = 1 / sqrt(max2(1 - sine2 / squared(ior), 1e-6));
   if (!point->no_reflection)
-    weight = layer_below(weight, finish_dielectric(set, c, point, ior, v3_splat(fresnel_f0(ior)), 1));
+    weight = layer_below(weight, finish_dielectric(set, c, point, ior, v3_splat(fresnel_f0(ior)), NULL, 1));
   const vec3 tint = v3_positive(coat->tint), through = v3(pow(tint.x, path), pow(tint.y, path), pow(tint.z, path));
   return v3_positive(v3_mul(weight, v3_mix(v3_splat(1), through, amount)));
 }
@@ -72,7 +75,8 @@ static vec3 principled_metal(closure_set *set, const shade_point *point, vec3 we
                                        p->normal);
   if (c) {
     closure_stretch_along(c, &p->stretch);
-    closure_finish_metal(set, c, point, v3_saturate(p->base_color), v3_saturate(p->specular_tint), p->multiscatter);
+    closure_finish_metal(set, c, point, v3_saturate(p->base_color), v3_saturate(p->specular_tint), p->film,
+                         p->multiscatter);
   }
   return v3_scale(weight, 1 - metallic);
 }
@@ -90,6 +94,7 @@ static vec3 principled_glass(closure_set *set, const shade_point *point, vec3 we
     c->ior = closure_ior_beyond(point, p->ior);
     c->f0 = v3_saturate(v3_scale(v3_positive(p->specular_tint), fresnel_f0(c->ior)));
     c->transmission_color = v3(sqrt(color.x), sqrt(color.y), sqrt(color.z));
+    closure_put_glass_film(c, point, p->film, p->ior);
     closure_finish_glass(set, c, point, c->transmission_color, p->multiscatter);
   }
   return v3_scale(weight, 1 - transmission);
@@ -108,12 +113,12 @@ static double specular_ior(const principled *p, double *f0)
 static vec3 principled_specular(closure_set *set, const shade_point *point, vec3 weight, const principled *p, double eta,
                                 double f0)
 {
-  if (eta == 1 || point->no_reflection) return weight;
+  if ((eta == 1 && !film_exists(p->film)) || point->no_reflection) return weight;
   closure *c = closure_next_microfacet(set, CLOSURE_REFLECTION, point, weight, p->roughness, p->normal);
   if (!c) return weight;
   closure_stretch_along(c, &p->stretch);
   const vec3 color = v3_saturate(v3_scale(v3_positive(p->specular_tint), f0));
-  return layer_below(weight, finish_dielectric(set, c, point, eta, color, p->multiscatter));
+  return layer_below(weight, finish_dielectric(set, c, point, eta, color, p->film, p->multiscatter));
 }
 
 /* Below all layers: a diffuse surface, and in its place what is below the surface. */

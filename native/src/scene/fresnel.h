@@ -74,6 +74,8 @@ static inline vec3 fresnel_complex_colors(double mu, vec3 n, vec3 k)
 
 /* The reflectance of a lobe that is not of a dielectric. */
 vec3 fresnel_of_metal(const closure *c, double cos_i);
+/* That of a lobe under a film (fresnel_film.c). *cos_t: as above, of light in a dielectric below the film. */
+vec3 fresnel_of_film(const closure *c, double cos_i, double *cos_t);
 
 /* Reflected and transmitted colors of a lobe for a microfacet seen under cos_i. Always inline: most lobes are dielectric,
  * and what of this they do not need then goes. */
@@ -89,8 +91,11 @@ static inline __attribute__((always_inline)) void fresnel_colors(const closure *
     *reflected = c->fresnel == FRESNEL_DIELECTRIC ? v3_splat(f)
                                                   : v3_mix(c->f0, v3_splat(1), fresnel_rise(f, c->ior));
     if (c->kind == CLOSURE_GLASS) *transmitted = v3_mul(v3_sub(v3_splat(1), *reflected), c->transmission_color);
-  } else {
+  } else if (c->fresnel < FRESNEL_FILM_ON_TINTED) {
     *reflected = fresnel_of_metal(c, cos_i);
+  } else {
+    *reflected = fresnel_of_film(c, cos_i, cos_t);
+    if (c->kind == CLOSURE_GLASS) *transmitted = v3_mul(v3_sub(v3_splat(1), *reflected), c->transmission_color);
   }
   if (c->no_reflection) *reflected = v3(0, 0, 0);
   if (c->no_refraction) *transmitted = v3(0, 0, 0);

@@ -207,7 +207,7 @@ void program_run(const program *program, program_context *context)
 {
   vec3 registers[PROGRAM_REGISTERS];
   program_layers layers;
-  layers.has_sheen = layers.has_coat = layers.has_subsurface = 0;
+  layers.has_sheen = layers.has_coat = layers.has_subsurface = layers.has_film = 0;
   context->layers = &layers;
   context->table = (const float(*)[4])program->table;
   for (size_t at = 0; at < program->code_length;) {

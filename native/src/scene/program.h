@@ -13,10 +13,11 @@ enum { PROGRAM_REGISTERS = 1024, OPERANDS_MAX = 16 };
 
 /* Layers that operations have put aside for the next one that takes them. */
 typedef struct program_layers {
-  int has_sheen, has_coat, has_subsurface;
+  int has_sheen, has_coat, has_subsurface, has_film;
   sheen_layer sheen;
   coat_layer coat;
   subsurface subsurface;
+  thin_film film;
 } program_layers;
 
 /* What an operation sees besides its operands. */
@@ -182,7 +183,10 @@ void program_run(const program *program, program_context *context);
   /* Of the Principled BSDF that comes next. */                                                                        \
   OP(sheen_layer, 0, 3, LAYER, NONE) /* weight, roughness, tint */                                                     \
   OP(coat_layer, 0, 5, LAYER, NONE)  /* weight, roughness, ior, tint, normal */                                        \
-  OP(subsurface_layer, 0, 5, LAYER, NAMES(SUBSURFACE_METHODS)) /* weight, radius, scale, ior, anisotropy */
+  OP(subsurface_layer, 0, 5, LAYER, NAMES(SUBSURFACE_METHODS)) /* weight, radius, scale, ior, anisotropy */ \
+  /* Of the principled, metallic or glass that comes next: thickness in nm, ior; that below which it fades; reach of the  \
+   * table of sensitivity, which has the real parts of RGB in one row and the imaginary parts in the next */            \
+  OP(film, 0, 4, LAYER, table_start, table_count)
 
 #define ENUMERATION(name) name,
 typedef enum math_operation { MATH_OPERATIONS(ENUMERATION) } math_operation;

@@ -2,6 +2,14 @@
 #include "scene/fresnel.h"
 #include "scene/program.h"
 
+/* The film that waits, for one closure; NULL: none. */
+static const thin_film *take_film(program_layers *layers)
+{
+  const thin_film *film = layers->has_film ? &layers->film : NULL;
+  layers->has_film = 0;
+  return film;
+}
+
 OPERATION(emission)
 {
   /* Negative light is let through, as in Cycles. */
@@ -31,13 +39,14 @@ OPERATION(metallic)
   const stretch stretch = {.anisotropy = in[5]->x, .rotation = in[6]->x, .tangent = *in[7]};
   if (!context->emission_only)
     closure_add_metallic(context->set, context->point, *in[0], *in[1], *in[2], in[3]->x, *in[4], &stretch,
-                         immediates[0], immediates[1]);
+                         take_film(context->layers), immediates[0], immediates[1]);
 }
 
 OPERATION(glass)
 {
   if (!context->emission_only)
-    closure_add_glass(context->set, context->point, *in[0], *in[1], in[2]->x, in[3]->x, *in[4], immediates[0]);
+    closure_add_glass(context->set, context->point, *in[0], *in[1], in[2]->x, in[3]->x, *in[4],
+                      take_film(context->layers), immediates[0]);
 }
 
 OPERATION(refraction)
@@ -73,7 +82,8 @@ OPERATION(principled)
                         .stretch = {in[13]->x, in[14]->x, *in[15]}, .multiscatter = immediates[0],
                         .sheen = layers->has_sheen ? &layers->sheen : NULL,
                         .coat = layers->has_coat ? &layers->coat : NULL,
-                        .subsurface = layers->has_subsurface ? &layers->subsurface : NULL};
+                        .subsurface = layers->has_subsurface ? &layers->subsurface : NULL,
+                        .film = take_film(layers)};
   layers->has_sheen = layers->has_coat = layers->has_subsurface = 0;
   if (context->emission_only) closure_emit_principled(context->set, context->point, *in[0], &p);
   else closure_add_principled(context->set, context->point, *in[0], &p);
@@ -86,7 +96,7 @@ OPERATION(subsurface)
   if (!context->emission_only) closure_add_subsurface(context->set, context->point, *in[0], *in[1], &s, *in[7]);
 }
 
-/* Layers wait for the Principled BSDF that comes next. */
+/* Layers wait for the closure that comes next. */
 
 OPERATION(sheen_layer)
 {
@@ -105,4 +115,11 @@ OPERATION(subsurface_layer)
   context->layers->subsurface = (subsurface){.weight = in[0]->x, .radius = *in[1], .scale = in[2]->x, .ior = in[3]->x,
                                              .anisotropy = in[4]->x, .method = (subsurface_method)immediates[0]};
   context->layers->has_subsurface = 1;
+}
+
+OPERATION(film)
+{
+  context->layers->film = (thin_film){.thickness = in[0]->x, .ior = in[1]->x, .thinnest = in[2]->x, .reach = in[3]->x,
+                                      .sensitivity = context->table + immediates[0], .count = immediates[1]};
+  context->layers->has_film = immediates[1] >= 4 && in[2]->x > 0 && in[3]->x > 0 && isfinite(in[0]->x + in[1]->x);
 }
