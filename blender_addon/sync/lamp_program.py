@@ -9,17 +9,15 @@ from __future__ import annotations
 
 from typing import Any
 
-import bentlight_native
 import bpy
 import numpy as np
 
 from ..report import Reporter
-from .images import ImageTable, Pixels
+from .images import ImageTable
 from .material import Compiled, compile_output, node_tree
 from .nodes.compiler import Compiler
 
 _SPREAD_MIN = np.radians(1)
-_SKY_LENGTH = 1e30  # the ray length at which the core takes a light for infinitely far
 
 
 def compile_lamp(light: bpy.types.Light, area: float, images: ImageTable, reporter: Reporter) -> Compiled:
@@ -39,28 +37,9 @@ def compile_sun(light: bpy.types.Light, factor: float, images: ImageTable) -> Co
     return _compile(compiler, light, compiler.builder.constant(_power(light) * factor))
 
 
-def sun_color(
-    light: bpy.types.Light,
-    compiled: Compiled,
-    images: list[Pixels],
-    axis: np.ndarray,
-    angle: float,
-    reporter: Reporter,
-) -> np.ndarray:
-    """Radiance (3,) in the middle of a sun, in the unit direction `axis`; a warning if it is not the same all over."""
-    scene = bentlight_native.Scene()
-    for image in images:
-        scene.add_image(*image)
-    index = scene.add_material(compiled.program)
-    sideways = np.linalg.svd(axis[None])[2][1:]
-    rim = [sign * np.tan(min(angle, 3.0) / 2) * side for side in sideways for sign in (1, -1)]
-    travel = -np.array([axis] + [axis + offset for offset in rim])
-    travel /= np.linalg.norm(travel, axis=1, keepdims=True)
-    point = dict.fromkeys(("position", "wo", "normal", "geometric_normal"), travel)
-    colors = scene.shade(index, **point, ray_length=(_SKY_LENGTH,))["emission"]
-    if not np.allclose(colors, colors[0], rtol=1e-3):
-        reporter.warn(f"Light '{light.name}': textures on suns are not supported yet; the color of its middle is used")
-    return np.maximum(colors[0], 0)
+def sun_radiance(light: bpy.types.Light, factor: float) -> np.ndarray:
+    """Radiance (3,) of a sun without a node tree."""
+    return np.maximum(_power(light) * factor, 0)
 
 
 def _compiler(light: bpy.types.Light, images: ImageTable) -> Compiler:
@@ -114,7 +93,7 @@ def _spread(compiler: Compiler, weight: int, light: bpy.types.AreaLight, reporte
 
 def _coordinates(compiler: Compiler, light: bpy.types.Light) -> dict[str, Any]:
     """What lamps have instead of the coordinates of meshes."""
-    is_disk = light.type != "AREA" and (light.shadow_soft_size <= 0 or light.use_soft_falloff)
+    is_disk = light.type in {"POINT", "SPOT"} and (light.shadow_soft_size <= 0 or light.use_soft_falloff)
     coordinates = {"GENERATED": lambda: compiler.emit("coordinate", immediates=("OBJECT",))}
     if is_disk:  # a disk's normal is where its light goes
         coordinates["NORMAL"] = lambda: compiler.emit("coordinate", immediates=("BEAM",))

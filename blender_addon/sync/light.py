@@ -14,8 +14,8 @@ import numpy as np
 
 from ..report import Reporter
 from .lamp_mesh import polygon, sphere
-from .lamp_program import compile_lamp, compile_sun, sun_color
-from .material import MaterialTable
+from .lamp_program import compile_lamp, compile_sun, sun_radiance
+from .material import MaterialTable, node_tree
 from .scene_data import MeshData, SunData
 
 _SINGULAR = 1e-6  # of the volume of the box that a matrix's columns could span
@@ -82,17 +82,16 @@ def read_material(light: bpy.types.Light, axes: np.ndarray, materials: MaterialT
     return materials.add(compile_lamp(light, area if light.normalize else 1.0, materials.image_table, reporter))
 
 
-def read_sun(
-    light: bpy.types.Light, world_from_light: np.ndarray, materials: MaterialTable, reporter: Reporter
-) -> SunData:
+def read_sun(light: bpy.types.Light, world_from_light: np.ndarray, materials: MaterialTable) -> SunData:
     """A sun: radiance if it has an angle, else irradiance of what faces it."""
-    axis = lamp_axes(light, world_from_light)[:3, 2]
-    axis = axis / np.linalg.norm(axis)
+    matrix = lamp_axes(light, world_from_light)
+    axis = matrix[:3, 2] / np.linalg.norm(matrix[:3, 2])
     angle = min(max(light.angle, 0.0), np.pi)
     solid = np.pi * np.sin(angle / 2) ** 2 if light.normalize and angle > 0 else 1.0
-    compiled = materials.reported(compile_sun(light, 1 / solid, materials.image_table))
-    color = sun_color(light, compiled, materials.images, axis, angle, reporter)
-    return SunData(direction=tuple(axis), radiance=tuple(color), angle=angle)
+    sun = SunData(tuple(axis), tuple(sun_radiance(light, 1 / solid)), angle, world_from_sun=matrix)
+    if node_tree(light) is not None:
+        sun.material = materials.add(compile_sun(light, 1 / solid, materials.image_table))
+    return sun
 
 
 def _area_size(light: bpy.types.AreaLight) -> np.ndarray:

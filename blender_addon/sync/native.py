@@ -86,6 +86,8 @@ def _set_suns(scene: bentlight_native.Scene, suns: list[SunData]) -> None:
         [sun.angle for sun in suns],
         [sun.visibility for sun in suns],
         [sun.influence for sun in suns],
+        [sun.material for sun in suns],
+        np.array([sun.world_from_sun for sun in suns]).reshape(-1, 4, 4),
     )
 
 

@@ -211,7 +211,7 @@ class _SceneReader:
         if not lamp.use_shadow:
             influence = influence._replace(blockers=0)
         if lamp.type == "SUN":
-            sun = light.read_sun(lamp, matrix, self._materials, self._reporter)
+            sun = light.read_sun(lamp, matrix, self._materials)
             sun.visibility, sun.influence = visibility, influence
             self._data.suns.append(sun)
             return

@@ -78,6 +78,8 @@ class SunData:
     direction: tuple[float, float, float]  # unit, towards the sun
     radiance: tuple[float, float, float]  # of a point: irradiance of what faces it
     angle: float  # diameter, radians
+    material: int = -1  # or what gives its radiance instead
+    world_from_sun: np.ndarray = field(default_factory=lambda: np.eye(4))
     visibility: int = Visibility.ALL
     influence: Influence = EVERYONE
 

@@ -159,13 +159,40 @@ def test_an_unknown_node_is_named_once(capfd, tmp_path):
     assert len(said) == 1 and "Light 'Point'" in said[0] and "IES" in said[0]
 
 
-def test_a_textured_sun_is_its_middle(capfd, tmp_path):
-    wall()
+SUN_COORDINATES = [("TexCoord", "UV"), ("TexCoord", "Object"), ("TexCoord", "Generated"), ("TexCoord", "Normal")]
+SUN_COORDINATES += [("NewGeometry", "Normal"), ("NewGeometry", "Position"), ("NewGeometry", "Incoming")]
+
+
+@pytest.mark.parametrize(("node", "output"), SUN_COORDINATES)
+def test_textured_suns_look_as_in_cycles(node, output, tmp_path):
+    """Its disk itself, wide and turned, under a texture that varies over it."""
     lamp = stand("SUN", angle=0.6)
+    lamp.rotation_euler, lamp.scale = (np.pi - 0.1, 0.1, 0.4), (1.2, 0.8, 1.0)
     tree = Tree(lamp)
-    tree.checker(tree.new("NewGeometry").outputs["Normal"], 50.0)
-    stage.render(tmp_path)
-    assert "textures on suns" in "".join(capfd.readouterr())
+    scale = tree.new("Mapping")
+    scale.inputs["Scale"].default_value = scale.inputs["Location"].default_value = (0.4, 0.4, 0.4)
+    tree.link(tree.new(node).outputs[output], scale.inputs["Vector"])
+    tree.link(scale.outputs["Vector"], tree.emission.inputs["Color"])
+    ours = agree(tmp_path)
+    lit = ours[ours.max(axis=2) > 0]
+    assert len(lit) > 50 and np.ptp(lit, axis=0).max() > 0.03 * lit.max()
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.8])
+def test_textured_suns_light_as_in_cycles(angle, tmp_path):
+    """The pattern of a texture in the sky's own directions lights a wall by connections and by chance."""
+    wall()
+    bpy.context.scene.render.resolution_x, bpy.context.scene.render.resolution_y = 6, 6
+    lamp = stand("SUN", angle=angle)
+    lamp.data.energy = 3.0
+    bpy.context.scene.render.resolution_x, bpy.context.scene.render.resolution_y = 6, 6
+    tree = Tree(lamp)
+    tree.checker(tree.new("TexCoord").outputs["UV"], 3.0)
+    theirs, ours = cycles_pictures.noisy_pictures(tmp_path, seeds=6, samples=64)
+    comparison = compare(theirs, ours, block=2)
+    exact = abs(ours.mean() / theirs.mean() - 1) < 1e-5
+    assert exact or not comparison.differs(), str(comparison)
+    assert comparison.mean_b == pytest.approx(comparison.mean_a, rel=0.01)
 
 
 # ---- Whom a lamp lights ----

@@ -36,10 +36,13 @@ typedef struct bent_camera {
 /* Like every edit, this takes a bent_scene_commit to become visible. */
 bent_status bent_scene_set_camera(bent_scene *scene, const bent_camera *camera, bent_error *error);
 
-/* A sun is a disk of even radiance on the asymptotic sky: a ray that escapes in its direction sees it. */
+/* A sun is a disk on the asymptotic sky: a ray that escapes in its direction sees it. */
 typedef struct bent_sun {
   double direction[3]; /* towards the sun, world; any length but 0 */
   double radiance[3];  /* linear RGB, added to the sky's; if the angle is 0: irradiance of a surface that faces the sun */
+  int material;        /* -1, or the radiance is what its program emits: at the place in the direction away from the sun at
+                        * distance 1 from the origin, with texture coordinates that map the disk into the unit square */
+  double world_from_sun[4][4]; /* with a material: of its object coordinates, invertible and affine */
   double angle;        /* angular diameter, in [0, pi]; 0: a point that only connections find */
   uint32_t visibility; /* bent_visibility bits: the kinds of ray that see it */
   bent_influence influence;

@@ -217,13 +217,17 @@ class RenderMethods:
         angle: ArrayLike,
         visibility: ArrayLike = 15,
         influence: Influence | Sequence[Influence] = EVERYONE,
+        materials: ArrayLike = -1,
+        world_from_sun: ArrayLike | None = None,
     ) -> None:
-        """Replace all suns, disks of even radiance on the asymptotic sky; visible after commit().
+        """Replace all suns, disks on the asymptotic sky; visible after commit().
 
         directions: (n, 3), towards each sun. radiance: (n, 3) linear RGB; a surface that faces the sun receives
         pi * sin(angle / 2)**2 * radiance. angle: scalar or (n,), angular diameter in [0, pi]; at 0 the radiance is the
         irradiance of a surface that faces the sun. visibility: scalar or (n,) bits: camera 1, diffuse 2, glossy 4,
-        transmission 8. influence: one for all, or n: whom it lights.
+        transmission 8. influence: one for all, or n: whom it lights. materials: scalar or (n,), -1 or what gives the
+        radiance instead; the place that its program sees is minus the direction, its UV the disk in the unit square.
+        world_from_sun: (n, 4, 4), of its object coordinates; None: the identity.
         """
         directions = np.ascontiguousarray(directions, dtype=np.float64).reshape(-1, 3)
         radiance = np.ascontiguousarray(radiance, dtype=np.float64).reshape(-1, 3)
@@ -234,6 +238,10 @@ class RenderMethods:
             np.array(np.broadcast_to(angle, (count,)), dtype=np.float64),
             np.array(np.broadcast_to(visibility, (count,)), dtype=np.uint32),
             influences(influence, count),
+            np.array(np.broadcast_to(materials, (count,)), dtype=np.int32),
+            np.array(
+                np.broadcast_to(np.eye(4) if world_from_sun is None else world_from_sun, (count, 4, 4)), np.float64
+            ),
         )
 
     def set_lamps(

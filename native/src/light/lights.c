@@ -38,6 +38,8 @@ enum { SIDE_FRONT = 1, SIDE_BACK = 2 };
 static const double PROBES[4][2] = {{1.0 / 3, 1.0 / 3}, {1.0 / 6, 1.0 / 6}, {2.0 / 3, 1.0 / 6}, {1.0 / 6, 2.0 / 3}};
 /* A group of lights is drawn at least this often. */
 static const double GROUP_SHARE_MIN = 0.05;
+/* Looks at a textured sun, along each side of its disk. */
+enum { SUN_PROBES = 16 };
 /* lights.even in curved space. */
 static const double BENT_EVEN = 0.5;
 
@@ -179,14 +181,28 @@ static int add_lamp(lights *l, const bent_scene *scene, int index)
   return push(l, (emitter){-1, index}, &c);
 }
 
-static int add_suns(lights *l, const suns *suns)
+/* The mean over the disk of a sun. */
+static double sun_brightness(const bent_scene *scene, const sun *s)
 {
+  if (s->material < 0 || s->solid_angle == 0) return brightness(sun_radiance(scene, s, s->disk.axis, &RAY_SCATTERED));
+  double sum = 0;
+  for (int i = 0; i < SUN_PROBES; i++)
+    for (int j = 0; j < SUN_PROBES; j++) {
+      const vec3 at = cap_draw(&s->disk, (i + 0.5) / SUN_PROBES, (j + 0.5) / SUN_PROBES);
+      sum += brightness(sun_radiance(scene, s, at, &RAY_SCATTERED));
+    }
+  return sum / (SUN_PROBES * SUN_PROBES);
+}
+
+static int add_suns(lights *l, const bent_scene *scene)
+{
+  const suns *suns = scene->suns;
   if (!suns || !suns->count) return 1;
   l->sun_weight = malloc(suns->count * sizeof *l->sun_weight);
   if (!l->sun_weight) return 0;
   for (size_t i = 0; i < suns->count; i++) {
     const sun *s = &suns->list[i];
-    l->sun_weight[i] = brightness(s->radiance) * (s->solid_angle > 0 ? s->solid_angle : 1);
+    l->sun_weight[i] = sun_brightness(scene, s) * (s->solid_angle > 0 ? s->solid_angle : 1);
     l->suns_weight += l->sun_weight[i];
   }
   return 1;
@@ -247,7 +263,7 @@ bent_status lights_new(const bent_scene *scene, lights **out, bent_error *error)
   for (size_t i = 0; ok && i < g->instance_count; i++) ok = add_instance(l, scene, (int)i);
   if (ok) l->first_lamp = l->count;
   for (size_t i = 0; ok && scene->lamps && i < scene->lamps->count; i++) ok = add_lamp(l, scene, (int)i);
-  if (ok) ok = add_flux(l, scene) && add_suns(l, scene->suns);
+  if (ok) ok = add_flux(l, scene) && add_suns(l, scene);
   bent_status status = ok ? BENT_OK : bent_fail(error, BENT_ERROR_MEMORY, "lights: out of memory");
   if (!status && l->count) status = light_tree_new(l->clusters, l->count, is_bent(g), &l->tree, error);
   if (!status) status = sky_map_new(scene->shading, &l->sky, error);

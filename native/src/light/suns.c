@@ -2,10 +2,33 @@
 #include "light/suns.h"
 
 #include <stdlib.h>
+#include <string.h>
 
+#include "geometry/mesh.h"
 #include "scene/scene.h"
 
 int sun_covers(const sun *sun, vec3 direction) { return sun->solid_angle > 0 && cap_covers(&sun->disk, direction); }
+
+/* The disk in the unit square, as Cycles has it (kernel/light/distant.h): even in area, its edge a circle. */
+static void disk_uv(const sun *sun, vec3 direction, double uv[2])
+{
+  uv[0] = uv[1] = 0.5;
+  if (!(sun->disk.chord2 > 0)) return;
+  const vec3 local = mat4_vector(&sun->sun_from_world, direction);
+  const double scale = 1 / (sqrt(sun->disk.chord2) * v3_length(v3_add(direction, sun->disk.axis)));
+  uv[0] += local.x * scale, uv[1] += local.y * scale;
+}
+
+vec3 sun_radiance(const bent_scene *scene, const sun *sun, vec3 direction, const ray_history *ray)
+{
+  if (sun->material < 0) return sun->radiance;
+  const vec3 back = v3_scale(direction, -1);
+  shade_point point = {.position = back, .wo = back, .geometric_normal = back, .normal = back, .tangent_sign = 1,
+                       .ray_length = SKY_LENGTH, .object_color = {1, 1, 1, 1}, .ray = *ray,
+                       .world_from_object = &sun->world_from_sun, .object_from_world = &sun->sun_from_world};
+  disk_uv(sun, direction, point.uv);
+  return shading_emission(scene->shading, sun->material, &point);
+}
 
 void suns_free(suns *suns) { free(suns); }
 
@@ -20,8 +43,12 @@ static bent_status make_sun(const bent_sun *given, sun *out, bent_error *error)
     return bent_fail(error, BENT_ERROR_ARGUMENT, "sun: the angle must lie in [0, pi], got %g", given->angle);
   const double chord = 2 * sin(given->angle / 4);
   const cap disk = {v3_normalize(direction), chord * chord};
-  *out = (sun){disk, radiance, cap_solid_angle(&disk), given->visibility, given->influence};
-  return BENT_OK;
+  *out = (sun){.disk = disk, .radiance = radiance, .material = -1, .solid_angle = cap_solid_angle(&disk),
+               .visibility = given->visibility, .influence = given->influence};
+  if (given->material < 0) return BENT_OK;
+  out->material = given->material;
+  memcpy(out->world_from_sun.m, given->world_from_sun, sizeof out->world_from_sun.m);
+  return affine_check("world_from_sun", given->world_from_sun, &out->sun_from_world, error);
 }
 
 bent_status bent_scene_set_suns(bent_scene *scene, size_t count, const bent_sun *given, bent_error *error)

@@ -115,27 +115,32 @@ static PyObject *camera_rays(PyObject *self, PyObject *args)
 
 static PyObject *set_suns(PyObject *self, PyObject *args)
 {
-  PyObject *objects[4], *influence;
-  if (!PyArg_ParseTuple(args, "OOOOO!:set_suns", &objects[0], &objects[1], &objects[2], &objects[3], &PyList_Type,
-                        &influence))
+  PyObject *objects[6], *influence;
+  if (!PyArg_ParseTuple(args, "OOOOO!OO:set_suns", &objects[0], &objects[1], &objects[2], &objects[3], &PyList_Type,
+                        &influence, &objects[4], &objects[5]))
     return NULL;
   bent_scene *scene = scene_value(self);
   if (!scene) return NULL;
-  Py_ssize_t shape[] = {-1, 3}, count[] = {-1};
-  buffer b[4] = {0};
+  Py_ssize_t shape[] = {-1, 3}, count[] = {-1}, square[] = {-1, 4, 4};
+  buffer b[6] = {0};
   PyObject *result = NULL;
-  if (!buffer_get(&b[0], objects[0], "directions", 'd', 2, shape, 0) && (count[0] = shape[0], 1) &&
+  if (!buffer_get(&b[0], objects[0], "directions", 'd', 2, shape, 0) && (count[0] = square[0] = shape[0], 1) &&
       !buffer_get(&b[1], objects[1], "radiance", 'd', 2, shape, 0) &&
       !buffer_get(&b[2], objects[2], "angle", 'd', 1, count, 0) &&
-      !buffer_get(&b[3], objects[3], "visibility", 'I', 1, count, 0)) {
+      !buffer_get(&b[3], objects[3], "visibility", 'I', 1, count, 0) &&
+      !buffer_get(&b[4], objects[4], "materials", 'i', 1, count, 0) &&
+      !buffer_get(&b[5], objects[5], "world_from_sun", 'd', 3, square, 0)) {
     bent_sun *suns = calloc((size_t)count[0] + 1, sizeof *suns);
     const double(*directions)[3] = buffer_data(&b[0]), (*radiance)[3] = buffer_data(&b[1]), *angle = buffer_data(&b[2]);
     const uint32_t *visibility = buffer_data(&b[3]);
+    const int32_t *materials = buffer_data(&b[4]);
+    const double(*matrices)[4][4] = buffer_data(&b[5]);
     int bad = 0;
     for (Py_ssize_t i = 0; suns && i < count[0] && !bad; i++) {
       memcpy(suns[i].direction, directions[i], sizeof suns[i].direction);
       memcpy(suns[i].radiance, radiance[i], sizeof suns[i].radiance);
-      suns[i].angle = angle[i], suns[i].visibility = visibility[i];
+      memcpy(suns[i].world_from_sun, matrices[i], sizeof suns[i].world_from_sun);
+      suns[i].angle = angle[i], suns[i].visibility = visibility[i], suns[i].material = materials[i];
       bad = influence_get(PyList_GetItem(influence, i), &suns[i].influence);
     }
     bent_error error;
@@ -147,7 +152,7 @@ static PyObject *set_suns(PyObject *self, PyObject *args)
       result = Py_NewRef(Py_None);
     free(suns);
   }
-  buffer_release_all(b, 4);
+  buffer_release_all(b, 6);
   return result;
 }
 

@@ -153,6 +153,7 @@ static beam beam_of(const bent_scene *scene, const light_sample *s, const joint 
     b.point = sun->solid_angle == 0;
     if (!b.point) b.pdf /= sun->solid_angle;
     b.visibility = sun->visibility;
+    b.asks_scattering = sun->material >= 0 && shading_asks_scattering(scene->shading, sun->material);
     b.influence = sun->influence;
   } else {
     b.asks_scattering = shading_sky_asks_scattering(scene->shading);
@@ -170,7 +171,7 @@ static vec3 light_along(const bent_scene *scene, const light_sample *s, const jo
       const lamp *lamp = &scene->lamps->list[s->index];
       return lamp_intensity(scene, lamp, v3_scale(j->arrival, -1), v3_length(v3_sub(lamp->position, from)), ray);
     }
-    case LIGHT_SUN: return scene->suns->list[s->index].radiance;
+    case LIGHT_SUN: return sun_radiance(scene, &scene->suns->list[s->index], s->target, ray);
     case LIGHT_SKY: return shading_sky(scene->shading, s->target, ray);
   }
   return v3(0, 0, 0);

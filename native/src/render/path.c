@@ -159,8 +159,9 @@ static void gather_sky(const tracer *t, path *p, const bent_ray *ray, const bent
   for (size_t i = 0; t->scene->suns && i < t->scene->suns->count; i++) {
     const sun *s = &t->scene->suns->list[i];
     if (!(s->visibility & ray->visibility) || !sun_covers(s, direction)) continue;
-    all = v3_add(all, s->radiance);
-    weighed = v3_mad(s->radiance, direct_weight_sun(t, p, reach, i), weighed);
+    const vec3 radiance = sun_radiance(t->scene, s, direction, &p->ray);
+    all = v3_add(all, radiance);
+    weighed = v3_mad(radiance, direct_weight_sun(t, p, reach, i), weighed);
   }
   const vec3 contribution = path_limited(t, p->ray.bounces, v3_mul(p->beta, weighed));
   if (!p->featured) record_add(record, CHANNEL_DENOISING_ALBEDO, v3_mul(p->feature_beta, all));
