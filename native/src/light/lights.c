@@ -78,6 +78,9 @@ static vec3 radiance_at(const bent_scene *scene, int instance, int triangle, con
   bent_hit hit = {.instance = instance, .triangle = triangle, .barycentric = {b[0], b[1]}};
   v3_to(hit.position, position);
   v3_to(hit.direction, direction);
+  const struct instance *inst = &scene->geometry->instances[instance];
+  const vec3 *even = shading_even_emission(scene->shading, geometry_material(scene->geometry, inst, triangle));
+  if (even) return inst->one_sided && surface_is_backfacing(scene, &hit) ? v3(0, 0, 0) : *even;
   surface surface;
   surface_at(scene, &hit, from, &surface);
   if (surface.see_through) return v3(0, 0, 0);

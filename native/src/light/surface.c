@@ -117,3 +117,15 @@ void surface_at(const bent_scene *scene, const bent_hit *hit, vec3 from, surface
   out->material = geometry_material(g, inst, hit->triangle);
   out->see_through = inst->one_sided && p->backfacing;
 }
+
+int surface_is_backfacing(const bent_scene *scene, const bent_hit *hit)
+{
+  const geometry *g = scene->geometry;
+  const instance *inst = &g->instances[hit->instance];
+  const mesh *m = &g->meshes[inst->mesh];
+  const uint32_t *corner = m->triangles[hit->triangle];
+  const vec3 v0 = vertex(m, corner[0]);
+  const vec3 own = v3_cross(v3_sub(vertex(m, corner[1]), v0), v3_sub(vertex(m, corner[2]), v0));
+  const local_frame frame = frame_at(g, v3_from(hit->position));
+  return v3_dot(local_covector(&frame, mat4_transposed_vector(&inst->mesh_from_world, own)), v3_from(hit->direction)) > 0;
+}

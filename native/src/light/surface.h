@@ -13,4 +13,6 @@ typedef struct surface {
 
 /* hit: of fate BENT_HIT, by a ray that was scattered (or started) at `from`. */
 void surface_at(const bent_scene *scene, const bent_hit *hit, vec3 from, surface *out);
+/* Whether a hit, of which instance, triangle, position and direction are set, is on the back of its triangle. */
+int surface_is_backfacing(const bent_scene *scene, const bent_hit *hit);
 #endif

@@ -8,18 +8,17 @@ static const double COSINE_MIN = 0.02;
 
 triangle_view triangle_viewed(const vec3 corner[3], vec3 point, double even)
 {
-  triangle_view view = {.corner = {corner[0], corner[1], corner[2]}, .point = point, .even = 1};
-  for (int i = 0; i < 3; i++) view.seen[i] = v3_normalize(v3_sub(corner[i], point));
-  const vec3 a = view.seen[0], b = view.seen[1], c = view.seen[2];
-  const double volume = fabs(v3_dot(a, v3_cross(b, c))); /* van Oosterom & Strackee 1983 */
-  view.solid_angle = 2 * atan2(volume, 1 + v3_dot(a, b) + v3_dot(b, c) + v3_dot(c, a));
-  if (!(view.solid_angle > SOLID_ANGLE_MIN)) return view;
-  const vec3 area = v3_scale(v3_cross(v3_sub(corner[1], corner[0]), v3_sub(corner[2], corner[0])), 0.5);
-  const double size = v3_length(area);
-  if (!(size > 0)) return view;
-  view.normal = v3_scale(area, 1 / size);
-  view.area_over = size / view.solid_angle;
-  view.even = even;
+  triangle_view view = {.point = point, .even = 1};
+  for (int i = 0; i < 3; i++) {
+    const vec3 way = v3_sub(corner[i], point);
+    view.nearness[i] = 1 / v3_length(way);
+    view.seen[i] = v3_scale(way, view.nearness[i]);
+  }
+  for (int i = 0; i < 3; i++) view.cosine[i] = v3_dot(view.seen[i], view.seen[(i + 1) % 3]);
+  view.volume = fabs(v3_dot(view.seen[0], v3_cross(view.seen[1], view.seen[2]))); /* van Oosterom & Strackee 1983 */
+  view.solid_angle = 2 * atan2(view.volume, 1 + view.cosine[0] + view.cosine[1] + view.cosine[2]);
+  view.area = v3_scale(v3_cross(v3_sub(corner[1], corner[0]), v3_sub(corner[2], corner[0])), 0.5);
+  if (view.solid_angle > SOLID_ANGLE_MIN && v3_dot(view.area, view.area) > 0) view.even = even;
   return view;
 }
 
@@ -28,7 +27,7 @@ double triangle_density(const triangle_view *view, vec3 place)
   if (view->even >= 1) return 1;
   const vec3 way = v3_sub(place, view->point);
   const double length2 = v3_dot(way, way);
-  const double seen = fabs(v3_dot(way, view->normal)) * view->area_over / (length2 * sqrt(length2));
+  const double seen = fabs(v3_dot(way, view->area)) / (view->solid_angle * length2 * sqrt(length2));
   return view->even + (1 - view->even) * seen;
 }
 
@@ -52,35 +51,25 @@ static double face(const triangle_view *view, vec3 normal, double *u, double *v)
   return 2 * ((1 - *u) * low + *u * high) / (near + far);
 }
 
-/* The part of b at right angles to the unit vector a, as a unit vector. */
-static vec3 beside(vec3 b, vec3 a) { return v3_normalize(v3_mad(a, -v3_dot(a, b), b)); }
-
-/* The direction in which a part u of the solid angle lies on one side, and v of it nearer to the second corner (Arvo 1995,
- * "Stratified sampling of spherical triangles"). */
-static vec3 direction_in(const triangle_view *view, double u, double v)
+/* The place below which a part u of the solid angle lies on one side, and which is nearer to the second corner the smaller v
+ * is (Arvo 1995, "Stratified sampling of spherical triangles"). Its direction is a sum of the directions to the corners, so
+ * that scalars are all it takes. */
+static void place_seen(const triangle_view *view, double u, double v, double barycentric[2])
 {
-  const vec3 a = view->seen[0], b = view->seen[1], c = view->seen[2];
-  const vec3 ab = v3_normalize(v3_cross(a, b)), ac = v3_normalize(v3_cross(a, c));
-  const double cos_a = v3_dot(ab, ac), sin_a = v3_length(v3_cross(ab, ac));
+  const double ab = view->cosine[0], bc = view->cosine[1], ca = view->cosine[2];
+  const double sin_ab = sqrt(1 - ab * ab), sin_ca = sqrt(1 - ca * ca);
+  const double cos_a = (bc - ab * ca) / (sin_ab * sin_ca), sin_a = view->volume / (sin_ab * sin_ca);
   const double part = u * view->solid_angle, cos_part = cos(part), sin_part = sin(part);
   const double s = sin_part * cos_a - cos_part * sin_a, t = cos_part * cos_a + sin_part * sin_a;
-  const double p = t - cos_a, q = s + sin_a * v3_dot(a, b);
-  const double below = (q * s + p * t) * sin_a, wanted = ((q * t - p * s) * cos_a - q) / below;
-  const double cos_c = below != 0 ? min2(max2(wanted, -1), 1) : v3_dot(a, c);
-  const vec3 split = v3_mad(beside(c, a), sqrt(1 - cos_c * cos_c), v3_scale(a, cos_c));
-  const double cos_b = 1 - v * (1 - v3_dot(split, b));
-  return v3_mad(beside(split, b), sqrt(max2(1 - cos_b * cos_b, 0)), v3_scale(b, cos_b));
-}
-
-/* Where the plane is met, clamped into the triangle. */
-static void meet(const triangle_view *view, vec3 direction, double barycentric[2])
-{
-  const vec3 edge1 = v3_sub(view->corner[1], view->corner[0]), edge2 = v3_sub(view->corner[2], view->corner[0]);
-  const vec3 way = v3_sub(view->point, view->corner[0]), h = v3_cross(direction, edge2), k = v3_cross(way, edge1);
-  const double scale = 1 / v3_dot(edge1, h);
-  const double x = saturate(v3_dot(way, h) * scale), y = saturate(v3_dot(direction, k) * scale);
-  const double over = max2(x + y, 1);
-  barycentric[0] = x / over, barycentric[1] = y / over;
+  const double p = t - cos_a, q = s + sin_a * ab;
+  const double cos_c = min2(max2(((q * t - p * s) * cos_a - q) / ((q * s + p * t) * sin_a), ca), 1);
+  /* the point on the side from a to c, and the one on the arc from it to b */
+  const double c = sqrt(1 - cos_c * cos_c) / sin_ca, a = cos_c - c * ca, split_b = a * ab + c * bc;
+  const double cos_b = 1 - v * (1 - split_b), w = sqrt((1 - cos_b * cos_b) / (1 - split_b * split_b));
+  const double share[3] = {w * a * view->nearness[0], (cos_b - w * split_b) * view->nearness[1],
+                           w * c * view->nearness[2]};
+  const double scale = 1 / (share[0] + share[1] + share[2]);
+  for (int i = 0; i < 2; i++) barycentric[i] = saturate(share[i + 1] * scale);
 }
 
 void triangle_draw(const triangle_view *view, vec3 normal, double u, double v, double barycentric[2], double *facing)
@@ -93,5 +82,5 @@ void triangle_draw(const triangle_view *view, vec3 normal, double u, double v, d
   }
   v = (v - view->even) / (1 - view->even);
   if (v3_dot(normal, normal) > 0) *facing = face(view, normal, &u, &v);
-  meet(view, direction_in(view, u, v), barycentric);
+  place_seen(view, u, v, barycentric);
 }

@@ -7,12 +7,14 @@
 
 /* A triangle as a point sees it. */
 typedef struct triangle_view {
-  vec3 corner[3], point;
-  double even;        /* chance that a place is drawn evenly over the area; 1 if the view is too small or edge-on */
-  double solid_angle; /* the rest of this structure: only if even < 1 */
-  double area_over;   /* area / solid_angle */
-  vec3 normal;        /* unit */
-  vec3 seen[3];       /* unit directions to the corners */
+  vec3 point;
+  double even;          /* chance that a place is drawn evenly over the area; 1 if the view is too small or edge-on */
+  vec3 area;            /* vector */
+  double solid_angle;
+  vec3 seen[3];         /* unit directions to the corners */
+  double nearness[3];   /* 1 / distance of the corners */
+  double cosine[3];     /* between the directions to corners 0 and 1, 1 and 2, 2 and 0 */
+  double volume;        /* |seen[0] . (seen[1] x seen[2])| */
 } triangle_view;
 
 triangle_view triangle_viewed(const vec3 corner[3], vec3 point, double even);

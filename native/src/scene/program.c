@@ -172,6 +172,21 @@ static void classify(program *p)
   if (asks_length && p->lobe_count) p->asks_history = 1;
 }
 
+/* Whether nothing depends on the place but how it scatters; then what it emits is known beforehand. */
+static void find_even_emission(program *p)
+{
+  p->emits_evenly = 1;
+  for (size_t at = 0; at < p->code_length; at += instruction_length(&rows[p->code[at]])) {
+    const row_kind kind = rows[p->code[at]].kind;
+    p->emits_evenly &= kind == EMITS || kind == SCATTERS || kind == SEE_THROUGH;
+  }
+  if (!p->emits_evenly) return;
+  closure_set set = {0};
+  program_context context = {.set = &set, .emission_only = 1};
+  program_run(p, &context);
+  p->emission = set.emission;
+}
+
 bent_status program_make(program *out, const bent_program *source, int image_count, bent_error *error)
 {
   const bent_status status = check(source, image_count, error);
@@ -190,6 +205,7 @@ bent_status program_make(program *out, const bent_program *source, int image_cou
   if (p.table_length) memcpy(p.table, source->table, p.table_length * sizeof *p.table);
   fold(&p);
   classify(&p);
+  find_even_emission(&p);
   program_free(out);
   *out = p;
   return BENT_OK;

@@ -42,6 +42,8 @@ typedef struct program {
   int asks_scattering; /* by what kind of scattering the ray came */
   int asks_history;    /* anything about the ray's way to the surface, its length too if it scatters there */
   int lobe_count; /* most lobes that one run can add */
+  int emits_evenly; /* the same everywhere, to all sides */
+  vec3 emission;    /* if so */
 } program;
 
 /* Checks and copies; `image_count` images exist. Frees what `out` held before only if it succeeds. */

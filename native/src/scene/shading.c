@@ -131,6 +131,14 @@ vec3 shading_emission(const shading *shading, int material, const shade_point *p
   return set.emission;
 }
 
+const vec3 *shading_even_emission(const shading *shading, int material)
+{
+  static const vec3 dark = {0, 0, 0};
+  const program *program = material_program(shading, material);
+  if (!program) return &dark;
+  return program->emits_evenly ? &program->emission : NULL;
+}
+
 vec3 shading_sky(const shading *shading, vec3 direction, const ray_history *ray)
 {
   if (!shading->has_world) return v3(0, 0, 0);

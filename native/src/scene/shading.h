@@ -68,6 +68,8 @@ typedef struct shade_point {
 void shading_evaluate(const shading *shading, int material, const shade_point *point, closure_set *out);
 /* Only the radiance that leaves towards wo; cheaper. */
 vec3 shading_emission(const shading *shading, int material, const shade_point *point);
+/* What a material emits everywhere and to all sides, or NULL if that depends on the point. */
+const vec3 *shading_even_emission(const shading *shading, int material);
 /* Radiance of the scene's sky in the asymptotic world direction `direction`, for a ray with this history. */
 vec3 shading_sky(const shading *shading, vec3 direction, const ray_history *ray);
 /* Nonzero if the material can be seen through (transparent closures), so that the ray may pass on. */
