@@ -80,8 +80,8 @@ def glass(color=1.0, roughness=0.0, ior=1.5, normal=NORMAL, distribution="MULTI_
     return ("glass", (color, roughness, ior, normal), distribution, weight)
 
 
-def refraction(color=1.0, roughness=0.0, ior=1.5, normal=NORMAL, weight=1.0):
-    return ("refraction", (color, roughness, ior, normal), None, weight)
+def refraction(color=1.0, roughness=0.0, ior=1.5, normal=NORMAL, distribution="GGX", weight=1.0):
+    return ("refraction", (color, roughness, ior, normal), distribution, weight)
 
 
 def translucent(color=1.0, normal=NORMAL, weight=1.0):

@@ -4,6 +4,9 @@ Closures that make up for multiple scattering lose and win nothing; those that s
 microfacet_oracle.py say. Every closure that the core knows is in the table, or the first test fails.
 """
 
+import functools
+import math
+
 import numpy as np
 import pytest
 from bsdf_tools import (
@@ -26,6 +29,7 @@ from closure_table import ROUGH, SHARP, choices_of, closure_choices
 from microfacet_oracle import facets, glass_energy, layer_energy, smith_lambda
 
 IOR = 1.5
+ERFC = np.vectorize(math.erfc)
 
 
 def all_of_it(roughness, mu, eta):
@@ -46,6 +50,23 @@ def refracted_once(roughness, mu, eta):
     depth = mu / eta + (np.sqrt(np.maximum(cos_t2, 0)) - cos_i / eta) * cos_h
     passes = (cos_t2 > 0) & (depth > 0)
     return weight @ np.where(passes, 1 / (masking + smith_lambda(np.maximum(depth, 1e-12), roughness**2)), 0)
+
+
+@functools.cache
+def beckmann_once(roughness, mu, eta):
+    """Over slopes of the facets, which are normal variables: what is seen, mirrored upwards, and seen from there."""
+    alpha, steps = roughness**2, 400
+    slopes = (np.arange(steps) + 0.5) / steps * 9 - 4.5
+    x, y = np.meshgrid(alpha * slopes, alpha * slopes)
+    weight = np.exp(-(x**2 + y**2) / alpha**2) * (9 / steps) ** 2 / np.pi
+    length = np.sqrt(1 + x**2 + y**2)
+    cos_i = (mu - x * np.sqrt(1 - mu**2)) / length  # the facet's normal is (-x, -y, 1) / length
+    height = 2 * cos_i / length - mu
+    seen = (cos_i > 0) & (height > 0)
+    tan2 = np.array([1 / np.maximum(c, 1e-12) ** 2 - 1 for c in (np.full_like(height, mu), height)])
+    a = 1 / np.sqrt(np.maximum(alpha**2 * tan2, 1e-30))
+    lambdas = np.exp(-(np.minimum(a, 25) ** 2)) / (2 * a * np.sqrt(np.pi)) - ERFC(np.minimum(a, 25)) / 2
+    return (weight * seen * cos_i * length / mu / (1 + lambdas.sum(axis=0)))[seen].sum()
 
 
 def at_most_all(roughness, mu, eta):
@@ -85,6 +106,16 @@ FURNACE = {
     ),
     "glass under a film": (lambda r: under_film(glass(roughness=r, distribution="GGX"), 400.0), at_most_all, 0),
     "metal under a film": (lambda r: under_film(metallic(0.9, 0.7, roughness=r), 400.0), at_most_all, 0.004),
+    "beckmann": (lambda r: glossy(roughness=r, distribution="BECKMANN"), beckmann_once, 1e-3),
+    "beckmann metal": (lambda r: metallic(roughness=r, distribution="BECKMANN"), beckmann_once, 1e-3),
+    "beckmann conductor": (
+        lambda r: metallic(1.0, 1e6, r, physical=True, distribution="BECKMANN"),
+        beckmann_once,
+        1e-3,
+    ),
+    "beckmann glass, once": (lambda r: glass(roughness=r, distribution="BECKMANN"), at_most_all, 0),
+    "beckmann refraction, once": (lambda r: refraction(roughness=r, distribution="BECKMANN"), at_most_all, 0),
+    "ashikhmin": (lambda r: glossy(roughness=r, distribution="ASHIKHMIN_SHIRLEY"), at_most_all, 0),
     "fuzzy": (lambda r: principled(base_color=1.0, sheen_weight=1.0, sheen_roughness=r), at_most_all, 0.007),
     "coated": (lambda r: principled(base_color=1.0, coat_weight=1.0, coat_roughness=r), at_most_all, 0.007),
     "flesh below": (lambda r: principled(base_color=1.0, subsurface_weight=1.0, roughness=r), at_most_all, 0.007),

@@ -65,6 +65,14 @@ def tangent(tree):
     return new(tree, "CombineXYZ", {0: 0.9, 1: 0.5, 2: -0.3}).outputs[0]
 
 
+def tangent_axes(normal, turn):
+    """Rows tangent, bitangent and normal of a surface with that tangent, turned around its normal."""
+    y = np.cross(normal, (0.9, 0.5, -0.3))
+    y /= np.linalg.norm(y)
+    x, angle = np.cross(y, normal), 2 * np.pi * turn
+    return np.array([np.cos(angle) * x + np.sin(angle) * y, np.cos(angle) * y - np.sin(angle) * x, normal])
+
+
 def stretched_glossy(tree, anisotropy, rotation, distribution="GGX"):
     shader = glossy(tree, 0.5, distribution)
     shader.inputs["Anisotropy"].default_value, shader.inputs["Rotation"].default_value = anisotropy, rotation

@@ -6,14 +6,6 @@ from .compiler import NodeView, shader_node
 from .film import emit_film
 
 
-def _distribution(node: NodeView) -> str:
-    kind = node.node.distribution
-    if kind not in ("GGX", "MULTI_GGX"):
-        node.warn(f"the distribution {kind} is not supported yet; GGX is used instead")
-        return "GGX"
-    return kind
-
-
 @shader_node("ShaderNodeBsdfPrincipled")
 def _principled(node: NodeView, weight: int) -> None:
     names = (
@@ -31,7 +23,7 @@ def _principled(node: NodeView, weight: int) -> None:
         below = [node.input(f"Subsurface {name}") for name in ("Weight", "Radius", "Scale", "IOR", "Anisotropy")]
         node.emit("subsurface_layer", *below, immediates=(_walk(node, node.node.subsurface_method),))
     emit_film(node)
-    node.emit("principled", weight, *operands, immediates=(_distribution(node),))
+    node.emit("principled", weight, *operands, immediates=(node.node.distribution,))
 
 
 def _walk(node: NodeView, method: str) -> str:
@@ -63,7 +55,7 @@ def _diffuse(node: NodeView, weight: int) -> None:
 def _glossy(node: NodeView, weight: int) -> None:
     operands = (node.input("Color"), node.input("Roughness"), node.normal())
     stretch = _stretch(node, "Anisotropy", "Rotation")
-    node.emit("glossy", weight, *operands, *stretch, immediates=(_distribution(node),))
+    node.emit("glossy", weight, *operands, *stretch, immediates=(node.node.distribution,))
 
 
 @shader_node("ShaderNodeBsdfMetallic")
@@ -73,20 +65,20 @@ def _metallic(node: NodeView, weight: int) -> None:
     operands = (*map(node.input, colors), node.input("Roughness"), node.normal())
     stretch = _stretch(node, "Anisotropy", "Rotation")
     emit_film(node)
-    node.emit("metallic", weight, *operands, *stretch, immediates=(_distribution(node), model))
+    node.emit("metallic", weight, *operands, *stretch, immediates=(node.node.distribution, model))
 
 
 @shader_node("ShaderNodeBsdfGlass")
 def _glass(node: NodeView, weight: int) -> None:
     operands = (node.input("Color"), node.input("Roughness"), node.input("IOR"), node.normal())
     emit_film(node)
-    node.emit("glass", weight, *operands, immediates=(_distribution(node),))
+    node.emit("glass", weight, *operands, immediates=(node.node.distribution,))
 
 
 @shader_node("ShaderNodeBsdfRefraction")
 def _refraction(node: NodeView, weight: int) -> None:
-    _distribution(node)
-    node.emit("refraction", weight, *map(node.input, ("Color", "Roughness", "IOR")), node.normal())
+    operands = (*map(node.input, ("Color", "Roughness", "IOR")), node.normal())
+    node.emit("refraction", weight, *operands, immediates=(node.node.distribution,))
 
 
 @shader_node("ShaderNodeBsdfTranslucent")

@@ -1,8 +1,8 @@
 /* Sampling and evaluation of closure sets: lobes are mixed by their shares (one-sample balance heuristic). */
 #include "render/bsdf.h"
 
+#include "scene/facets.h"
 #include "scene/fresnel.h"
-#include "scene/microfacet.h"
 #include "scene/sheen.h"
 
 typedef struct frame {
@@ -79,6 +79,14 @@ static lobe_value evaluate_velvet(const closure *c, vec3 wo, vec3 wi)
   return (lobe_value){v3_splat(velvet_value(c->sheen_a, out, in)), 0.5 / MICROFACET_PI};
 }
 
+static lobe_value evaluate_ashikhmin(const closure *c, vec3 wi)
+{
+  if (c->wo.z <= 0 || wi.z <= 0) return (lobe_value){{0, 0, 0}, 0};
+  double pdf;
+  const double value = ashikhmin_value(c, wi, &pdf);
+  return (lobe_value){v3_splat(value), pdf};
+}
+
 /* wi in the lobe's frame. Walter et al. (2007), equations 20, 21 and 41. */
 static lobe_value evaluate_microfacet(const closure *c, vec3 wi)
 {
@@ -97,9 +105,9 @@ static lobe_value evaluate_microfacet(const closure *c, vec3 wi)
   fresnel_colors(c, cos_i, &reflected, &transmitted, &cos_t);
   const double r = v3_average(reflected), t = v3_average(transmitted);
   if (r + t <= 0) return out;
-  const double both = c->masking + ggx_lambda(wi, c->alpha, c->alpha_y);
+  const double both = c->masking + facets_lambda(c, wi);
   const double jacobian = through ? squared(c->ior / length) * fabs(cos_o) * cos_i : 0.25;
-  const double seen = ggx_density(h, c->alpha, c->alpha_y) * jacobian / wo.z;
+  const double seen = facets_density(c, h) * jacobian / wo.z;
   out.pdf = seen / c->masking;
   if (c->kind == CLOSURE_GLASS) out.pdf *= (through ? t : r) / (r + t);
   out.value = v3_scale(through ? transmitted : reflected, seen / both * c->energy_scale);
@@ -126,7 +134,8 @@ static lobe_value evaluate_lobe(const closure *c, const shade_point *point, vec3
     out = evaluate_diffuse(c, point->wo, wi);
   } else if (closure_is_microfacet(c)) {
     const frame f = frame_of(c);
-    out = evaluate_microfacet(c, into_frame(&f, wi));
+    out = c->facets == FACETS_ASHIKHMIN_SHIRLEY ? evaluate_ashikhmin(c, into_frame(&f, wi))
+                                                : evaluate_microfacet(c, into_frame(&f, wi));
   } else {
     out = evaluate_rare(c, point->wo, wi);
   }
@@ -230,7 +239,7 @@ static int draw_rough(const closure *c, double u0, double u1, double u2, bsdf_sa
   const frame f = frame_of(c);
   const vec3 wo = c->wo;
   if (wo.z <= 0) return 0;
-  const vec3 h = ggx_sample_visible(wo, c->alpha, c->alpha_y, u0, u1);
+  const vec3 h = c->facets == FACETS_ASHIKHMIN_SHIRLEY ? ashikhmin_sample(c, u0, u1) : facets_sample_visible(c, u0, u1);
   const double cos_i = min2(v3_dot(wo, h), 1);
   if (cos_i <= 0) return 0;
   vec3 reflected, transmitted;

@@ -4,8 +4,8 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "scene/facets.h"
 #include "scene/fresnel.h"
-#include "scene/microfacet.h"
 #include "scene/microfacet_energy.h"
 #include "scene/sheen.h"
 #include "scene/shading.h"
@@ -48,6 +48,7 @@ closure *closure_next(closure_set *set, closure_kind kind, vec3 weight)
   closure *c = &set->closures[set->count++];
   c->kind = kind;
   c->fresnel = FRESNEL_NONE;
+  c->facets = FACETS_GGX;
   c->weight = weight;
   c->alpha = c->alpha_y = 0;
   c->ior = c->energy_scale = 1;
@@ -125,7 +126,7 @@ static void orient(closure *c, const shade_point *point)
   if (c->alpha == c->alpha_y) v3_basis(c->normal, &c->tangent, &across);
   else across = v3_cross(c->normal, c->tangent);
   c->wo = v3(v3_dot(c->tangent, point->wo), v3_dot(across, point->wo), v3_dot(c->normal, point->wo));
-  c->masking = 1 + ggx_lambda(c->wo, c->alpha, c->alpha_y);
+  c->masking = 1 + facets_lambda(c, c->wo);
 }
 
 vec3 closure_finish_reflection(closure_set *set, closure *c, const shade_point *point, vec3 colors, vec3 fss,
@@ -220,27 +221,39 @@ static void finish_complex_metal(closure_set *set, closure *c, const shade_point
 
 void closure_add_metallic(closure_set *set, const shade_point *point, vec3 weight, vec3 color_or_ior,
                           vec3 tint_or_extinction, double roughness, vec3 normal, const stretch *stretch,
-                          const thin_film *film, int multiscatter, int physical)
+                          const thin_film *film, facets facets, int physical)
 {
   if (point->no_reflection) return;
   closure *c = closure_next_microfacet(set, CLOSURE_REFLECTION, point, v3_positive(weight), roughness, normal);
   if (!c) return;
+  c->facets = facets;
   closure_stretch_along(c, stretch);
+  const int multiscatter = facets == FACETS_MULTI_GGX;
   const vec3 a = v3_positive(color_or_ior), b = v3_positive(tint_or_extinction);
   if (physical) finish_complex_metal(set, c, point, a, b, film, multiscatter);
   else closure_finish_metal(set, c, point, v3_saturate(a), v3_saturate(b), film, multiscatter);
 }
 
+/* The lobe of Ashikhmin and Shirley is a mirror below this roughness, and not defined above 1; as in Cycles. */
+static void keep_in_range(closure *c)
+{
+  const double least = 1e-4;
+  if (max2(c->alpha, c->alpha_y) <= least) c->alpha = c->alpha_y = 0;
+  else c->alpha = max2(c->alpha, least), c->alpha_y = max2(c->alpha_y, least);
+}
+
 void closure_add_glossy(closure_set *set, const shade_point *point, vec3 weight, vec3 color, double roughness,
-                        vec3 normal, const stretch *stretch, int multiscatter)
+                        vec3 normal, const stretch *stretch, facets facets)
 {
   if (point->no_reflection) return;
   closure *c = closure_next_microfacet(set, CLOSURE_REFLECTION, point, v3_positive(v3_mul(weight, v3_positive(color))),
                                        roughness, normal);
   if (!c) return;
+  c->facets = facets;
   const double anisotropy = min2(max2(stretch->anisotropy, -0.99), 0.99);
   if (fabs(anisotropy) > 1e-4) closure_stretch(c, anisotropy < 0 ? 1 / (1 + anisotropy) : 1 - anisotropy, stretch);
-  closure_finish_reflection(set, c, point, v3_splat(1), v3_saturate(color), multiscatter);
+  if (facets == FACETS_ASHIKHMIN_SHIRLEY) keep_in_range(c);
+  closure_finish_reflection(set, c, point, v3_splat(1), v3_saturate(color), facets == FACETS_MULTI_GGX);
 }
 
 double closure_ior_beyond(const shade_point *point, double ior)
@@ -275,27 +288,29 @@ void closure_finish_glass(closure_set *set, closure *c, const shade_point *point
 }
 
 void closure_add_glass(closure_set *set, const shade_point *point, vec3 weight, vec3 color, double roughness, double ior,
-                       vec3 normal, const thin_film *film, int multiscatter)
+                       vec3 normal, const thin_film *film, facets facets)
 {
   if (point->no_reflection && point->no_refraction) return;
   closure *c = closure_next_microfacet(set, CLOSURE_GLASS, point, v3_positive(v3_mul(weight, v3_positive(color))),
                                        roughness, normal);
   if (!c) return;
+  c->facets = facets;
   c->fresnel = FRESNEL_DIELECTRIC;
   c->ior = closure_ior_beyond(point, ior);
   c->f0 = v3_splat(fresnel_f0(c->ior));
   c->transmission_color = v3_splat(1);
   closure_put_glass_film(c, point, film, ior);
-  closure_finish_glass(set, c, point, v3_saturate(color), multiscatter);
+  closure_finish_glass(set, c, point, v3_saturate(color), facets == FACETS_MULTI_GGX);
 }
 
 void closure_add_refraction(closure_set *set, const shade_point *point, vec3 weight, vec3 color, double roughness,
-                            double ior, vec3 normal)
+                            double ior, vec3 normal, facets facets)
 {
   if (point->no_refraction) return;
   closure *c = closure_next_microfacet(set, CLOSURE_REFRACTION, point, v3_positive(v3_mul(weight, v3_positive(color))),
                                        roughness, normal);
   if (!c) return;
+  c->facets = facets;
   c->ior = closure_ior_beyond(point, ior);
   if (!closure_is_delta(c)) orient(c, point);
   vec3 reflected, transmitted;

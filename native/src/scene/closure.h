@@ -47,9 +47,17 @@ typedef struct thin_film {
 } thin_film;
 static inline int film_exists(const thin_film *film) { return film && film->thickness > 0.1 && film->ior > 0; }
 
+typedef enum facets {
+  FACETS_GGX,
+  FACETS_MULTI_GGX, /* GGX that makes up for light lost between microfacets */
+  FACETS_BECKMANN,
+  FACETS_ASHIKHMIN_SHIRLEY /* of Glossy only: not quite microfacets */
+} facets;
+
 typedef struct closure {
   closure_kind kind;
   fresnel_kind fresnel;
+  facets facets;            /* of microfacets */
   vec3 weight;              /* multiplies the lobe */
   vec3 normal;              /* after normal maps, on the side of wo */
   double share;             /* relative chance of being sampled; the set's shares sum to 1 after closure_set_finish */
@@ -93,16 +101,16 @@ typedef struct stretch {
 void closure_add_diffuse(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color, double roughness,
                          vec3 normal);
 void closure_add_glossy(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color, double roughness,
-                        vec3 normal, const stretch *stretch, int multiscatter);
+                        vec3 normal, const stretch *stretch, facets facets);
 /* Metal of a color from the front and a tint at the edge or, if `physical`, of a refractive index and an extinction. Films
  * may be NULL: none. */
 void closure_add_metallic(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color_or_ior,
                           vec3 tint_or_extinction, double roughness, vec3 normal, const stretch *stretch,
-                          const thin_film *film, int multiscatter, int physical);
+                          const thin_film *film, facets facets, int physical);
 void closure_add_glass(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color, double roughness,
-                       double ior, vec3 normal, const thin_film *film, int multiscatter);
+                       double ior, vec3 normal, const thin_film *film, facets facets);
 void closure_add_refraction(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color, double roughness,
-                            double ior, vec3 normal);
+                            double ior, vec3 normal, facets facets);
 void closure_add_translucent(closure_set *set, const struct shade_point *point, vec3 weight, vec3 color, vec3 normal);
 void closure_add_transparent(closure_set *set, vec3 weight);
 /* Returns what the lobe takes from the layers below. */

@@ -83,7 +83,11 @@ void program_run(const program *program, program_context *context);
 #define PROJECTIONS(X) X(FLAT) X(SPHERE) X(TUBE)
 #define ENVIRONMENT_PROJECTIONS(X) X(EQUIRECTANGULAR) X(MIRROR_BALL)
 #define NORMAL_SPACES(X) X(TANGENT) X(OBJECT) X(WORLD) X(BLENDER_OBJECT) X(BLENDER_WORLD)
+/* In the order of facets (scene/closure.h). */
 #define DISTRIBUTIONS(X) X(GGX) X(MULTI_GGX)
+#define FACET_DISTRIBUTIONS(X) DISTRIBUTIONS(X) X(BECKMANN)
+#define GLOSSY_DISTRIBUTIONS(X) FACET_DISTRIBUTIONS(X) X(ASHIKHMIN_SHIRLEY)
+#define REFRACTION_DISTRIBUTIONS(X) X(GGX) X(BECKMANN)
 #define CONDUCTORS(X) X(F82) X(PHYSICAL_CONDUCTOR)
 #define SUBSURFACE_METHODS(X) X(RANDOM_WALK) X(RANDOM_WALK_SKIN)
 #define SHEEN_MODELS(X) X(ASHIKHMIN) X(MICROFIBER)
@@ -169,11 +173,11 @@ void program_run(const program *program, program_context *context);
   OP(transparent, 0, 2, SEE_THROUGH, NONE) /* weight, color */                                                         \
   OP(diffuse, 0, 4, SCATTERS, NONE)  /* weight, color, roughness, normal */                                            \
   /* weight, color, roughness, normal, anisotropy, rotation, tangent */                                                \
-  OP(glossy, 0, 7, SCATTERS, NAMES(DISTRIBUTIONS))                                                                     \
+  OP(glossy, 0, 7, SCATTERS, NAMES(GLOSSY_DISTRIBUTIONS))                                                                     \
   /* weight, base color or ior, edge tint or extinction, roughness, normal, anisotropy, rotation, tangent */            \
-  OP(metallic, 0, 8, SCATTERS, NAMES(DISTRIBUTIONS), NAMES(CONDUCTORS))                                                \
-  OP(glass, 0, 5, SCATTERS, NAMES(DISTRIBUTIONS)) /* weight, color, roughness, ior, normal */                          \
-  OP(refraction, 0, 5, SCATTERS, NONE) /* weight, color, roughness, ior, normal */                                     \
+  OP(metallic, 0, 8, SCATTERS, NAMES(FACET_DISTRIBUTIONS), NAMES(CONDUCTORS))                                                \
+  OP(glass, 0, 5, SCATTERS, NAMES(FACET_DISTRIBUTIONS)) /* weight, color, roughness, ior, normal */                          \
+  OP(refraction, 0, 5, SCATTERS, NAMES(REFRACTION_DISTRIBUTIONS)) /* weight, color, roughness, ior, normal */                                     \
   OP(translucent, 0, 3, SCATTERS, NONE) /* weight, color, normal */                                                    \
   OP(sheen, 0, 4, SCATTERS, NAMES(SHEEN_MODELS)) /* weight, color, roughness, normal */                                \
   /* weight, color, radius, scale, ior, roughness of the way in squared, anisotropy, normal */                          \

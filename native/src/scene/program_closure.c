@@ -31,7 +31,8 @@ OPERATION(glossy)
 {
   const stretch stretch = {.anisotropy = in[4]->x, .rotation = in[5]->x, .tangent = *in[6]};
   if (!context->emission_only)
-    closure_add_glossy(context->set, context->point, *in[0], *in[1], in[2]->x, *in[3], &stretch, immediates[0]);
+    closure_add_glossy(context->set, context->point, *in[0], *in[1], in[2]->x, *in[3], &stretch,
+                       (facets)immediates[0]);
 }
 
 OPERATION(metallic)
@@ -39,20 +40,21 @@ OPERATION(metallic)
   const stretch stretch = {.anisotropy = in[5]->x, .rotation = in[6]->x, .tangent = *in[7]};
   if (!context->emission_only)
     closure_add_metallic(context->set, context->point, *in[0], *in[1], *in[2], in[3]->x, *in[4], &stretch,
-                         take_film(context->layers), immediates[0], immediates[1]);
+                         take_film(context->layers), (facets)immediates[0], immediates[1]);
 }
 
 OPERATION(glass)
 {
   if (!context->emission_only)
     closure_add_glass(context->set, context->point, *in[0], *in[1], in[2]->x, in[3]->x, *in[4],
-                      take_film(context->layers), immediates[0]);
+                      take_film(context->layers), (facets)immediates[0]);
 }
 
 OPERATION(refraction)
 {
   if (!context->emission_only)
-    closure_add_refraction(context->set, context->point, *in[0], *in[1], in[2]->x, in[3]->x, *in[4]);
+    closure_add_refraction(context->set, context->point, *in[0], *in[1], in[2]->x, in[3]->x, *in[4],
+                           immediates[0] ? FACETS_BECKMANN : FACETS_GGX);
 }
 
 OPERATION(translucent)
