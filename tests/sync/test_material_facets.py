@@ -1,8 +1,8 @@
 """The distributions of microfacets besides GGX, against Cycles.
 
-Cycles' sampling of Ashikhmin and Shirley's lobe turns facets that are seen from behind, which its formula does not have, to
-the front, but then mirrors rays at them with the wrong sign: some light is added where rough surfaces are seen at grazing
-angles. It is told apart here.
+Cycles' sampling of Ashikhmin and Shirley's lobe turns facets that are seen from behind, which its formula does not have,
+to the front, but then mirrors rays at them with the wrong sign: some light is added where rough surfaces are seen at
+grazing angles. It is told apart here.
 """
 
 import numpy as np
@@ -45,8 +45,8 @@ ASHIKHMIN_SHIRLEY = {
 
 
 def turned_to_the_front(name, side, cosine, count=1_000_000):
-    """Samples (count, 3) of the light that facets seen from behind add in Cycles: each ray with a weight of the cosine to
-    it over the larger cosine."""
+    """Samples (count, 3) of the light that facets seen from behind add in Cycles: each ray with a weight of the cosine
+    to it over the larger cosine."""
     alpha_x, alpha_y, turn = ASHIKHMIN_SHIRLEY[name]
     axes = tangent_axes(geometric_normal(cosine), turn)
     x, y = 2 / alpha_x**2 - 2, 2 / alpha_y**2 - 2
