@@ -11,6 +11,7 @@ from datetime import date
 from pathlib import Path
 
 import bench_connect
+import bench_flicker
 import bench_intersect
 import bench_lights
 import bench_room
@@ -126,6 +127,21 @@ def lights_section(results: list[bench_lights.Efficiency]) -> str:
     )
 
 
+def flicker_section(results: list[bench_flicker.Flicker]) -> str:
+    """How much noise changes the photon ring and ordinary edges from frame to frame."""
+    rows = [
+        [
+            each.ring_samples,
+            f"{each.samples:.1f}",
+            f"{each.ring:.4f} ± {each.ring_error:.4f}",
+            f"{each.edge:.4f} ± {each.edge_error:.4f}",
+        ]
+        for each in results
+    ]
+    head = ["photon ring samples", "samples a pixel", "photon ring", "mesh edges"]
+    return "## Flicker of an animation, over the contrast\n\n" + table(head, rows)
+
+
 def main() -> None:
     """Measures and writes."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -149,6 +165,8 @@ def main() -> None:
     sections.append(room_section(bench_room.measure()))
     log.info("lights")
     sections.append(lights_section(bench_lights.measure_all()))
+    log.info("flicker")
+    sections.append(flicker_section(bench_flicker.measure()))
 
     args.output.mkdir(parents=True, exist_ok=True)
     head = f"# Bentlight, measured\n\n{date.today()}, {processor()}, {bentlight_native.instruction_set()}.\n"
