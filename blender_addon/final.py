@@ -85,6 +85,7 @@ def render_settings(
         height=height,
         sample_count=samples,
         seed=user.seed,
+        sampling_pattern=user.sampling_pattern,
         noise_threshold=user.adaptive_threshold if user.use_adaptive_sampling else 0.0,
         min_samples=user.adaptive_min_samples or _min_samples(user.adaptive_threshold),
         photon_ring_samples=user.photon_ring_samples,

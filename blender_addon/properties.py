@@ -78,6 +78,20 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
         subtype="TIME_ABSOLUTE",
         unit="TIME_ABSOLUTE",
     )
+    sampling_pattern: EnumProperty(
+        name="Pattern",
+        description="How the noise of neighboring pixels belongs together",
+        items=[
+            (
+                "BLUE_NOISE",
+                "Blue-Noise",
+                "The errors of nearby pixels cancel each other: noise is fine-grained and easier to remove, at any "
+                "number of samples",
+            ),
+            ("CLASSIC", "Classic", "The errors of pixels are independent of each other. For comparison"),
+        ],
+        default="BLUE_NOISE",
+    )
     seed: IntProperty(
         name="Seed",
         description="Another seed gives another pattern of noise",

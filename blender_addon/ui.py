@@ -51,6 +51,7 @@ class BENTLIGHT_PT_sampling(_Panel, bpy.types.Panel):
         lights.prop(settings, "light_sampling")
         column.prop(settings, "portal_sampling")
         column.prop(settings, "light_threshold")
+        column.prop(settings, "sampling_pattern")
         self.layout.prop(settings, "seed")
 
 

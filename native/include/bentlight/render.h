@@ -84,10 +84,18 @@ typedef enum bent_integrator {
 
 typedef enum bent_filter_kind { BENT_FILTER_BLACKMAN_HARRIS, BENT_FILTER_GAUSSIAN, BENT_FILTER_BOX } bent_filter_kind;
 
+/* How the random numbers of neighboring pixels belong together. */
+typedef enum bent_sampling_pattern {
+  BENT_PATTERN_BLUE_NOISE, /* so that their errors cancel: noise is fine-grained, at every number of samples */
+  BENT_PATTERN_CLASSIC,    /* not at all */
+  BENT_SAMPLING_PATTERNS
+} bent_sampling_pattern;
+
 typedef struct bent_render_settings {
   uint32_t width, height;              /* of the full image, pixels */
   uint32_t first_sample, sample_count; /* the samples of each pixel to take; first_sample + sample_count < 2^31 */
   uint32_t seed;
+  bent_sampling_pattern sampling_pattern;
   /* A pixel gets no more samples once its noise is below the threshold: the standard errors of red, green and blue (from
    * means of 8 successive samples), summed, times sqrt(2/pi), over sqrt(red + green + blue). 0: all pixels get all samples. min_samples >= 2: those that every
    * pixel gets at least. Which samples are taken depends on those before, so that means are biased, by less than the

@@ -39,6 +39,8 @@ class RenderSettings:
 
     width, height: size of the full image, pixels.
     first_sample, sample_count: which samples of every pixel to take; their sum stays below 2**31.
+    sampling_pattern: 'BLUE_NOISE': random numbers of nearby pixels complement each other, so that their errors cancel
+        and noise is fine-grained, at every number of samples. 'CLASSIC': pixels are independent.
     noise_threshold: a pixel gets no more samples once its noise (the summed standard errors of its colors times
         sqrt(2/pi), over the square root of their sum, as in Cycles) is below; 0: all get all. min_samples: those that
         every pixel gets at least; 2 or more.
@@ -103,6 +105,7 @@ class RenderSettings:
     light_threshold: float = 0.01
     alpha_threshold: float = 0.5
     resume: bool = False
+    sampling_pattern: str = "BLUE_NOISE"
 
 
 class RenderStatistics(NamedTuple):
@@ -271,7 +274,8 @@ class RenderMethods:
     ) -> tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.float64]]:
         """The light that the renderer draws for each point, for tests and diagnosis. The scene must be committed.
 
-        points, normals: (n, 3); a normal of 0 takes light from all sides. u: (n, 4) in [0, 1).
+        points, normals: (n, 3); a normal of 0 takes light from all sides. u: (n, 4) in [0, 1): two for
+            the place on the light, one for its choice.
         Returns (n, 3) kind (0 triangle, 1 lamp, 2 sun, 3 sky; -1 nothing), index of instance, lamp or sun, triangle;
         (n, 3) the world position or asymptotic direction; and (n, 3) how often it is drawn: the probability of a lamp
         or sun, of a triangle that times the density of the place over its mean, of the sky the pdf by solid angle; the
@@ -338,11 +342,14 @@ def light_image(light: NDArray[np.int64], samples: int, size: tuple[int, int] | 
     return (light * (_LIGHT_UNIT * width * height / max(samples, 1))).astype(np.float32)
 
 
-def sobol_points(seed: int, pixel: tuple[int, int], dimension_set: int, first: int, count: int) -> NDArray[np.float64]:
+def sobol_points(
+    seed: int, pixel: tuple[int, int], dimension_set: int, first: int, count: int, pattern: str = "BLUE_NOISE"
+) -> NDArray[np.float64]:
     """The renderer's random numbers: samples first .. first + count - 1 of a pixel in one set of four dimensions,
-    (count, 4) in [0, 1). Owen-scrambled Sobol points, independent between sets and pixels. Set 0 is the camera's."""
+    (count, 4) in [0, 1). Owen-scrambled Sobol points, independent between sets. Pixels, below 2^16, are independent in
+    the pattern 'CLASSIC'; in 'BLUE_NOISE' those of an aligned square are a net together. Set 0 is the camera's."""
     out = np.empty((count, 4))
-    _core.sobol_points(seed, pixel[0], pixel[1], dimension_set, first, out)
+    _core.sobol_points(pattern, seed, pixel[0], pixel[1], dimension_set, first, out)
     return out
 
 

@@ -353,16 +353,16 @@ static void draw_sun(const lights *l, const bent_scene *scene, double pick, doub
 int lights_draw(const lights *l, const bent_scene *scene, vec3 point, vec3 normal, const double u[4], light_sample *out)
 {
   const shares share = shares_at(l, point, normal);
-  double pick = u[0], group = share.tree;
+  double pick = u[2], group = share.tree;
   if (pick < share.tree) {
-    if (!draw_emitter(l, scene, point, normal, min2(pick / share.tree, 1 - 1e-9), u[1], u[2], out)) return 0;
+    if (!draw_emitter(l, scene, point, normal, min2(pick / share.tree, 1 - 1e-9), u[0], u[1], out)) return 0;
   } else if ((pick -= share.tree) < share.suns) {
     group = share.suns;
-    draw_sun(l, scene, min2(pick / share.suns, 1 - 1e-9), u[1], u[2], out);
+    draw_sun(l, scene, min2(pick / share.suns, 1 - 1e-9), u[0], u[1], out);
   } else if (share.sky > 0) {
     group = share.sky;
     *out = (light_sample){.kind = LIGHT_SKY, .facing = 1};
-    out->probability = sky_map_draw(l->sky, u[1], u[2], &out->target);
+    out->probability = sky_map_draw(l->sky, u[0], u[1], &out->target);
   } else {
     return 0;
   }

@@ -30,7 +30,7 @@ void lights_free(lights *lights);
 
 /* Whether there is anything to draw. */
 int lights_any(const lights *lights);
-/* A light for `point`, drawn by u; returns 0 if none can reach it. normal: as in light_tree_weight. */
+/* A light for `point`, drawn by u: two for the place on it, one for the choice; returns 0 if none can reach it. normal: as in light_tree_weight. */
 int lights_draw(const lights *lights, const bent_scene *scene, vec3 point, vec3 normal, const double u[4],
                 light_sample *out);
 /* Radiance that a drawn place of a triangle sends back along the direction in which a ray from `from`, of that history,

@@ -28,6 +28,8 @@ static const char *const INTEGRATORS[BENT_INTEGRATORS] = {[BENT_PATH] = "PATH", 
 static const char *const LIGHT_SAMPLINGS[BENT_LIGHT_SAMPLINGS] = {[BENT_LIGHTS_BOTH] = "BOTH",
                                                                   [BENT_LIGHTS_SCATTERING] = "SCATTERING",
                                                                   [BENT_LIGHTS_CONNECTIONS] = "CONNECTIONS"};
+static const char *const PATTERNS[BENT_SAMPLING_PATTERNS] = {[BENT_PATTERN_BLUE_NOISE] = "BLUE_NOISE",
+                                                             [BENT_PATTERN_CLASSIC] = "CLASSIC"};
 static const char *const REDUCTIONS[] = {
     [BENT_MEAN] = "mean", [BENT_MAX] = "max", [BENT_FIRST] = "first", [BENT_COUNT] = "count", [BENT_STATE] = "state"};
 
@@ -353,18 +355,19 @@ static PyObject *render_tile(PyObject *self, PyObject *args, PyObject *keywords)
                           "transparent_bounces", "roulette_start", "photon_ring_samples", "tolerance", "filter",
                           "filter_width", "film_transparent", "clamp_indirect", "light_sampling", "alpha_threshold",
                           "noise_threshold", "light_threshold", "clamp_direct", "portal_sampling", "resume",
-                          "blur_glossy", "caustics_reflective", "caustics_refractive", "integrator", NULL};
+                          "blur_glossy", "caustics_reflective", "caustics_refractive", "integrator",
+                          "sampling_pattern", NULL};
   bent_render_settings s = {0};
   long long tile[4], whole[WHOLE_FIELDS];
   PyObject *channels, *light_object, *progress_object;
-  const char *filter, *light_sampling, *integrator;
+  const char *filter, *light_sampling, *integrator, *pattern;
   if (!PyArg_ParseTupleAndKeywords(
-          args, keywords, "(LLLL)O!OOLLLLLLLLLLLLLdsdpdsddddppdpps:render_tile", names, &tile[0], &tile[1], &tile[2],
+          args, keywords, "(LLLL)O!OOLLLLLLLLLLLLLdsdpdsddddppdppss:render_tile", names, &tile[0], &tile[1], &tile[2],
           &tile[3], &PyDict_Type, &channels, &light_object, &progress_object, &whole[0], &whole[1], &whole[2], &whole[3], &whole[4],
           &whole[5], &whole[6], &whole[7], &whole[8], &whole[9], &whole[10], &whole[11], &whole[12], &s.tolerance,
           &filter, &s.filter_width, &s.film_transparent, &s.clamp_indirect, &light_sampling, &s.alpha_threshold,
           &s.noise_threshold, &s.light_threshold, &s.clamp_direct, &s.portal_sampling, &s.resume,
-          &s.blur_glossy, &s.caustics_reflective, &s.caustics_refractive, &integrator))
+          &s.blur_glossy, &s.caustics_reflective, &s.caustics_refractive, &integrator, &pattern))
     return NULL;
   int ok;
   bent_progress *progress = progress_value(progress_object, &ok);
@@ -372,10 +375,12 @@ static PyObject *render_tile(PyObject *self, PyObject *args, PyObject *keywords)
   const int kind = choose(filter, "filter", FILTERS, COUNT(FILTERS));
   const int sampling = kind < 0 ? -1 : choose(light_sampling, "light_sampling", LIGHT_SAMPLINGS, BENT_LIGHT_SAMPLINGS);
   const int way = sampling < 0 ? -1 : choose(integrator, "integrator", INTEGRATORS, BENT_INTEGRATORS);
-  if (!ok || !scene || way < 0 || set_whole_fields(&s, whole, names + 4)) return NULL;
+  const int chosen = way < 0 ? -1 : choose(pattern, "sampling_pattern", PATTERNS, BENT_SAMPLING_PATTERNS);
+  if (!ok || !scene || chosen < 0 || set_whole_fields(&s, whole, names + 4)) return NULL;
   s.integrator = (bent_integrator)way;
   s.filter = (bent_filter_kind)kind;
   s.light_sampling = (bent_light_sampling)sampling;
+  s.sampling_pattern = (bent_sampling_pattern)chosen;
   for (int i = 0; i < 4; i++)
     if (tile[i] < 0 || tile[i] > INT32_MAX)
       return PyErr_Format(PyExc_ValueError, "tile: expected x, y, width, height from 0 to 2^31 - 1, got %lld", tile[i]);
@@ -434,16 +439,18 @@ static PyObject *sobol_points(PyObject *module, PyObject *args)
 {
   (void)module;
   unsigned seed, x, y, set, first;
+  const char *pattern;
   PyObject *object;
-  if (!PyArg_ParseTuple(args, "IIIIIO:sobol_points", &seed, &x, &y, &set, &first, &object)) return NULL;
+  if (!PyArg_ParseTuple(args, "sIIIIIO:sobol_points", &pattern, &seed, &x, &y, &set, &first, &object)) return NULL;
+  const int chosen = choose(pattern, "pattern", PATTERNS, BENT_SAMPLING_PATTERNS);
   Py_ssize_t shape[] = {-1, SAMPLER_DIMENSIONS};
   buffer out;
-  if (buffer_get(&out, object, "out", 'd', 2, shape, BUFFER_WRITE)) return NULL;
+  if (chosen < 0 || buffer_get(&out, object, "out", 'd', 2, shape, BUFFER_WRITE)) return NULL;
   sampler s;
-  sampler_init(&s);
-  const uint32_t key = sampler_pixel_key(seed, x, y);
+  sampler_init(&s, (bent_sampling_pattern)chosen);
+  const sampler_pixel pixel = sampler_pixel_at(&s, seed, x, y);
   double(*points)[SAMPLER_DIMENSIONS] = buffer_data(&out);
-  for (Py_ssize_t i = 0; i < shape[0]; i++) sampler_draw(&s, key, first + (uint32_t)i, set, points[i]);
+  for (Py_ssize_t i = 0; i < shape[0]; i++) sampler_draw(&s, pixel, first + (uint32_t)i, set, points[i]);
   buffer_release(&out);
   Py_RETURN_NONE;
 }
@@ -485,7 +492,7 @@ PyMethodDef render_functions[] = {
      "render_channels() -> list[tuple[str, int, str, str]]\n\n"
      "The channels of a render: name, number of components, reduction, description."},
     {"sobol_points", sobol_points, METH_VARARGS,
-     "sobol_points(seed, x, y, set, first, out)\n\nFills out, (n, 4) float64, with a pixel's samples from `first` on."},
+     "sobol_points(pattern, seed, x, y, set, first, out)\n\nFills out, (n, 4) float64, with a pixel's samples from `first` on."},
     {"filter_offsets", filter_offsets, METH_VARARGS,
      "filter_offsets(kind, width, values)\n\nReplaces values, (n,) float64 in [0, 1), by offsets in pixels."},
     {0}};

@@ -3,6 +3,7 @@
 
 #include "geometry/geometry.h"
 #include "light/frequency.h"
+#include "render/dimensions.h"
 #include "render/light_path.h"
 #include "render/view.h"
 #include "scene/scene.h"
@@ -89,9 +90,6 @@ double bidirectional_rivals(const tracer *t, const path_block *block, const lit_
 
 /* ---- Connections with light subpaths ---- */
 
-/* Random sets for choosing light vertices, one for each vertex of a path: far behind those of the path. */
-enum { SET_CONNECTION = 1 << 20 };
-
 /* A vertex of the light subpath that belongs to a path's sample, and the numbers for joining them; NULL if it has none. The
  * subpath's other vertices might have been taken: *count is their number. */
 static const light_vertex *choose(const tracer *t, const path_block *block, const lit_vertex *at, int *count,
@@ -101,7 +99,7 @@ static const light_vertex *choose(const tracer *t, const path_block *block, cons
   const path *p = at->path;
   *count = light->length[p->record];
   if (!*count) return NULL;
-  sampler_draw(&t->sampler, p->pixel_key, p->sample, SET_CONNECTION + at->vertex, u);
+  sampler_draw(&t->sampler, p->pixel, p->sample, dimensions_connection(at->vertex), u);
   const light_vertex *v = &light->list[light->last[p->record]];
   for (int skip = (int)(u[0] * *count); skip > 0; skip--) v = &light->list[v->previous];
   return v;

@@ -3,6 +3,7 @@
 
 #include "render/bidirectional.h"
 #include "render/bsdf.h"
+#include "render/dimensions.h"
 #include "render/light_path.h"
 #include "scene/scene.h"
 
@@ -289,7 +290,7 @@ void direct_draw(const tracer *t, path_block *block, int count, const lit_vertex
     const int list = sample[i].kind == LIGHT_SUN || sample[i].kind == LIGHT_SKY;
     from[list][n[list]] = v->point.position;
     to[list][n[list]] = sample[i].target;
-    u[list][n[list]] = v->u[3];
+    u[list][n[list]] = v->u[LIGHT_IMAGES];
     chances[list][n[list]] = portal_way_chances(scene, &v->mix, list, sample[i].target);
     vertex_of[list][n[list]++] = i;
   }

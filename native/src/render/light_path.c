@@ -6,6 +6,7 @@
 
 #include "geometry/geometry.h"
 #include "light/frequency.h"
+#include "render/dimensions.h"
 #include "render/direct.h"
 #include "scene/scene.h"
 
@@ -19,13 +20,12 @@ struct light_walk {
   joint_trace trace; /* since the last scattering */
   vec3 from;
   ray_history history; /* as in light_vertex */
-  uint32_t pixel_key, sample, vertex, scatterings;
+  sampler_pixel pixel;
+  uint32_t sample, vertex, scatterings;
   int index; /* of the sample in its batch */
 };
 
-/* Random sets of a subpath: where it starts, then two a vertex, the second for the camera. */
-enum { SET_PLACE = 0, SET_DIRECTION = 1, SET_VERTEX = 2, SETS_PER_VERTEX = 2 };
-/* Subpaths have keys of their own. */
+/* Subpaths have random numbers of their own. */
 static const uint32_t SEED_SALT = 0x6c8e9cf5u;
 enum { VERTICES_MAX = 1 << 14 }; /* as of camera paths */
 
@@ -198,11 +198,11 @@ static void join_camera(const tracer *t, path_block *block, size_t first, const 
 static void start(const tracer *t, const pixel_sample *wanted, int index, light_walk *w, bent_ray *ray)
 {
   const lights *lights = t->scene->lights;
-  const uint32_t key = sampler_pixel_key(t->settings->seed ^ SEED_SALT, wanted->x, wanted->y);
+  const sampler_pixel pixel = sampler_pixel_at(&t->sampler, t->settings->seed ^ SEED_SALT, wanted->x, wanted->y);
   double place[SAMPLER_DIMENSIONS], towards[SAMPLER_DIMENSIONS];
-  sampler_draw(&t->sampler, key, wanted->sample, SET_PLACE, place);
-  sampler_draw(&t->sampler, key, wanted->sample, SET_DIRECTION, towards);
-  *w = (light_walk){.flux = {1, 1, 1}, .pixel_key = key, .sample = wanted->sample, .index = index};
+  sampler_draw(&t->sampler, pixel, wanted->sample, dimensions_start_place(), place);
+  sampler_draw(&t->sampler, pixel, wanted->sample, dimensions_start_direction(), towards);
+  *w = (light_walk){.flux = {1, 1, 1}, .pixel = pixel, .sample = wanted->sample, .index = index};
   w->chance = lights_draw_start(lights, t->scene, place, &w->start);
   const vec3 direction = lights_draw_direction(lights, &w->start, towards);
   w->from = w->start.target;
@@ -347,8 +347,8 @@ static int meet_scatterer(const tracer *t, light_paths *paths, int lobes, light_
   light_walk arrived = *w;
   if (in.see_through || !(cosine > 0) || !arrive(t, &arrived, hit, m->spread, cosine)) return 0;
   double u[SAMPLER_DIMENSIONS], v[SAMPLER_DIMENSIONS];
-  sampler_draw(&t->sampler, w->pixel_key, w->sample, SET_VERTEX + SETS_PER_VERTEX * w->vertex, u);
-  sampler_draw(&t->sampler, w->pixel_key, w->sample, SET_VERTEX + SETS_PER_VERTEX * w->vertex + 1, v);
+  sampler_draw(&t->sampler, w->pixel, w->sample, dimensions_subpath(w->vertex), u);
+  sampler_draw(&t->sampler, w->pixel, w->sample, dimensions_subpath_joints(w->vertex), v);
   if (in.set.count > in.set.delta_count) {
     const light_vertex vertex = {.hit = *hit, .flux = arrived.flux, .cosine = cosine, .chain = arrived.chain,
                                  .start = w->start, .history = w->history, .first = w->scatterings == 0};

@@ -7,6 +7,7 @@
 #include "geometry/geometry.h"
 #include "render/bsdf.h"
 #include "render/describe.h"
+#include "render/dimensions.h"
 #include "render/direct.h"
 #include "render/portal.h"
 #include "render/subsurface.h"
@@ -14,8 +15,6 @@
 #include "render/light_path.h"
 #include "scene/scene.h"
 
-/* Random sets of a path: the camera's, then two a vertex, of which the second is for sampling lights. */
-enum { SET_CAMERA = 0, SET_VERTEX = 1, SETS_PER_VERTEX = 2 };
 /* A path of more surfaces than this is cut: see-through ones are not limited by the settings. */
 enum { VERTICES_MAX = 1 << 14 };
 /* Rays after a diffuse scattering are traced this much more coarsely: what they see is blurred over the hemisphere; and
@@ -83,7 +82,7 @@ void tracer_init(tracer *t, const bent_scene *scene, const bent_render_settings 
   t->bidirectional = s->integrator == BENT_BIDIRECTIONAL && !bent_scene_bidirectional_obstacle(scene);
   const double angle = 0.1 * t->pixel_slope;
   if (angle > 0 && angle < t->angle) t->angle = angle;
-  sampler_init(&t->sampler);
+  sampler_init(&t->sampler, s->sampling_pattern);
   filter_init(&t->filter, s->filter, s->filter_width);
 }
 
@@ -122,11 +121,11 @@ static int start(const tracer *t, const pixel_sample *wanted, path *p, bent_ray 
   *record = (sample_record){0};
   record->value[CHANNEL_DEPTH][0] = NO_DEPTH;
   const bent_render_settings *s = t->settings;
-  const uint32_t key = sampler_pixel_key(s->seed, wanted->x, wanted->y);
+  const sampler_pixel pixel = sampler_pixel_at(&t->sampler, s->seed, wanted->x, wanted->y);
   double u[SAMPLER_DIMENSIONS];
-  sampler_draw(&t->sampler, key, wanted->sample, SET_CAMERA, u);
-  const double x = (wanted->x + 0.5 + filter_offset(&t->filter, u[0])) / s->width;
-  const double y = (wanted->y + 0.5 + filter_offset(&t->filter, u[1])) / s->height;
+  sampler_draw(&t->sampler, pixel, wanted->sample, dimensions_camera(), u);
+  const double x = (wanted->x + 0.5 + filter_offset(&t->filter, u[CAMERA_X])) / s->width;
+  const double y = (wanted->y + 0.5 + filter_offset(&t->filter, u[CAMERA_Y])) / s->height;
   camera_ray camera;
   if (!camera_cast(t->scene->camera, x, y, &camera) || !path_can_leave(t, camera.origin)) {
     record->value[CHANNEL_COMBINED][3] = 1; /* black and opaque, as Cycles */
@@ -134,7 +133,7 @@ static int start(const tracer *t, const pixel_sample *wanted, path *p, bent_ray 
   }
   *p = (path){.scattered = {.position = camera.origin, .direction = camera.direction, .first_lens = -1},
               .beta = {1, 1, 1}, .feature_beta = {1, 1, 1}, .alpha = 1, .least_pdf = INFINITY,
-              .ray = {.kinds = RAY_CAMERA}, .pixel_key = key, .sample = wanted->sample,
+              .ray = {.kinds = RAY_CAMERA}, .pixel = pixel, .sample = wanted->sample,
               .depth_per_length = camera.depth_per_length};
   if (t->bidirectional) p->chain = bidirectional_start(t, x, y);
   *ray = (bent_ray){.length_min = camera.length_min, .length_max = camera.length_max,
@@ -263,7 +262,7 @@ static void want_light(const tracer *t, batch *b, int list, path *p, const arriv
   lit_vertex *v = &b->vertices[list][b->vertex_count[list]++];
   *v = (lit_vertex){.path = p, .hit = at->hit, .beta = p->beta, .chain = at->chain, .vertex = p->vertex, .point = *point,
                     .set = *set, .mix = *mix};
-  sampler_draw(&t->sampler, p->pixel_key, p->sample, SET_VERTEX + SETS_PER_VERTEX * p->vertex + 1, v->u);
+  sampler_draw(&t->sampler, p->pixel, p->sample, dimensions_light(p->vertex), v->u);
 }
 
 /* Where a path comes out from below a surface: a white diffuse lobe, whose normal is that of the subsurface lobes there. */
@@ -306,7 +305,7 @@ static int scatter(const tracer *t, batch *b, path *p, const room *room, bent_ra
 {
   const bent_hit *hit = at->hit;
   double u[SAMPLER_DIMENSIONS];
-  sampler_draw(&t->sampler, p->pixel_key, p->sample, SET_VERTEX + SETS_PER_VERTEX * p->vertex, u);
+  sampler_draw(&t->sampler, p->pixel, p->sample, dimensions_scattering(p->vertex), u);
   bsdf_sample drawn;
   if (!portal_draw(mix, set, point, u, &drawn)) return 0;
   p->beta = v3_mul(p->beta, drawn.weight);
@@ -322,7 +321,7 @@ static int scatter(const tracer *t, batch *b, path *p, const room *room, bent_ra
   p->ray = path_scattered(p->ray, set, drawn.lobe, drawn.pdf == 0);
   p->last = path_is_last(t->settings, &p->ray);
   if (drawn.pdf > 0) p->least_pdf = min2(p->least_pdf, drawn.lobes_pdf);
-  if (!survives(t->settings, p, u[3])) return 0;
+  if (!survives(t->settings, p, u[SCATTER_SURVIVAL])) return 0;
   if (t->bidirectional) {
     p->chain = at->chain;
     bidirectional_leave(t, &p->chain, hit, point, &drawn, b->closures);

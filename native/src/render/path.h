@@ -49,7 +49,8 @@ typedef struct path {
   double alpha, travelled, depth_per_length;
   double way; /* length of all rays before this one */
   double winding, error; /* of the camera ray: half turns and radians */
-  uint32_t pixel_key, sample;
+  sampler_pixel pixel;
+  uint32_t sample;
   double least_pdf; /* of all scatterings by lobes that are not sharp: how blurred the view is, at least */
   uint32_t vertex; /* surfaces met; numbers the random sets */
   ray_history ray;

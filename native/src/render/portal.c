@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 
+#include "render/dimensions.h"
 #include "render/path.h"
 #include "scene/fresnel.h"
 #include "scene/scene.h"
@@ -147,10 +148,10 @@ int portal_draw(const portal_mix *mix, const closure_set *set, const shade_point
 /* ---- Learning ---- */
 
 /* Starts a path on the throat, evenly over its area and with the cosine of its direction, to one side. */
-static void start(const tracer *t, const lens *l, int side, uint32_t key, uint32_t sample, path *p, bent_ray *ray)
+static void start(const tracer *t, const lens *l, int side, sampler_pixel pixel, uint32_t sample, path *p, bent_ray *ray)
 {
   double u[SAMPLER_DIMENSIONS];
-  sampler_draw(&t->sampler, key, sample, 0, u);
+  sampler_draw(&t->sampler, pixel, sample, dimensions_camera(), u);
   const cap all = {v3(0, 0, 1), 4}; /* the sphere */
   const vec3 place = cap_draw(&all, u[0], u[1]), outward = side == THIS_SIDE ? place : v3_scale(place, -1);
   vec3 x, y;
@@ -160,7 +161,7 @@ static void start(const tracer *t, const lens *l, int side, uint32_t key, uint32
   const double core = bent_spacetime_core_radius(&l->spacetime) * l->scale * (side == THIS_SIDE ? 1 + 1e-6 : 1 - 1e-6);
   const vec3 origin = v3_mad(place, core, l->center);
   *p = (path){.scattered = {.position = origin, .first_lens = -1}, .beta = {1, 1, 1}, .least_pdf = INFINITY, .ray = RAY_SCATTERED,
-              .pixel_key = key, .sample = sample, .described = 1, .featured = 1};
+              .pixel = pixel, .sample = sample, .described = 1, .featured = 1};
   *ray = (bent_ray){.length_max = INFINITY, .visibility = BENT_VISIBLE_DIFFUSE};
   path_set_ray(t, ray, origin, direction, NULL);
 }
@@ -169,9 +170,9 @@ static void start(const tracer *t, const lens *l, int side, uint32_t key, uint32
 static bent_status learn(const tracer *t, path_block *block, size_t index, int side, double *radiance,
                          bent_progress *progress, bent_error *error)
 {
-  const uint32_t key = sampler_pixel_key(LEARNING_SEED, (uint32_t)index, (uint32_t)side);
+  const sampler_pixel pixel = sampler_pixel_at(&t->sampler, LEARNING_SEED, (uint32_t)index, (uint32_t)side);
   for (int i = 0; i < LEARNING_PATHS; i++) {
-    start(t, &t->scene->geometry->lenses[index], side, key, (uint32_t)i, &block->paths[i], &block->rays[i]);
+    start(t, &t->scene->geometry->lenses[index], side, pixel, (uint32_t)i, &block->paths[i], &block->rays[i]);
     block->records[i] = (sample_record){0};
     block->paths[i].record = i;
   }

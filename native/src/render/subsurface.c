@@ -3,6 +3,7 @@
 #include "render/subsurface.h"
 
 #include "geometry/flat.h"
+#include "render/dimensions.h"
 #include "scene/scene.h"
 
 enum { CHANNELS = 3 };
@@ -161,7 +162,7 @@ static void pay(const medium *m, double length, int is_out, const double chance[
 static int step(const geometry *g, const medium *m, const guide *guide, const bent_hit *entry, int is_first,
                 const double u[SAMPLER_DIMENSIONS], double guided, walk *w, bent_hit *exit)
 {
-  double chance[CHANNELS], pick = u[0], bias = 0, stretch = 1;
+  double chance[CHANNELS], pick = u[WALK_CHANNEL], bias = 0, stretch = 1;
   if (!channel_chances(m, w->light, chance)) return 0;
   double rate = m->extinction[choose(chance, CHANNELS, &pick)];
   if (is_first) {
@@ -169,15 +170,15 @@ static int step(const geometry *g, const medium *m, const guide *guide, const be
   } else {
     const int aims = pick < guided;
     const double v = guide->length;
-    const vec3 next = aims ? around(guide->normal, v - (v + 1) * exp(-u[2] * guide->log_ratio), u[3])
-                           : around(w->direction, phase_cosine(m->anisotropy, u[2]), u[3]);
+    const vec3 next = aims ? around(guide->normal, v - (v + 1) * exp(-u[WALK_COSINE] * guide->log_ratio), u[WALK_ANGLE])
+                           : around(w->direction, phase_cosine(m->anisotropy, u[WALK_COSINE]), u[WALK_ANGLE]);
     const double cosine = v3_dot(next, guide->normal);
     bias = guide_pdf(guide, cosine) / phase_pdf(m->anisotropy, v3_dot(w->direction, next));
     stretch = 1 - cosine / v;
     if (aims) rate *= stretch;
     w->direction = next;
   }
-  double length = -log(1 - u[1]) / rate;
+  double length = -log(1 - u[WALK_LENGTH]) / rate;
   const bent_ray leaving = {.source_instance = entry->instance, .source_triangle = entry->triangle};
   const query q = {.start = w->position, .span = w->direction, .far = length, .visibility = UINT32_MAX,
                    .leaving = is_first ? &leaving : NULL, .departure = w->direction,
@@ -202,7 +203,7 @@ int subsurface_walk(const tracer *t, const path *p, const closure *lobe, vec3 no
   *exit = *entry;
   for (uint32_t i = 0; i < SUBSURFACE_STEPS; i++) {
     double u[SAMPLER_DIMENSIONS];
-    sampler_draw(&t->sampler, p->pixel_key, p->sample, SET_SUBSURFACE + SUBSURFACE_STEPS * p->vertex + i, u);
+    sampler_draw(&t->sampler, p->pixel, p->sample, dimensions_walk(p->vertex, i), u);
     const int is_late = i > ISOTROPIC_AFTER;
     if (step(g, is_late ? &late : &m, &guide, entry, i == 0, u, is_late ? 0.75 : guided, &w, exit)) {
       *beta = v3(w.light[0], w.light[1], w.light[2]);

@@ -10,9 +10,6 @@
 #define BENT_RENDER_SUBSURFACE_H
 #include "render/path.h"
 
-/* Random sets of a walk: so many from SET_SUBSURFACE + SUBSURFACE_STEPS * vertex on. */
-enum { SUBSURFACE_STEPS = 256, SET_SUBSURFACE = 1 << 16 };
-
 /* Walks from a surface, met as `entry` says, into the unit direction `inwards`. Returns 0 if no light comes out; else the
  * place, seen from outside, in `exit`, and in *beta, which must have the lobe's weight, the light that is left. */
 int subsurface_walk(const tracer *t, const path *p, const closure *lobe, vec3 normal, const bent_hit *entry, vec3 inwards,

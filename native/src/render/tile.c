@@ -55,6 +55,8 @@ static bent_status check(const bent_scene *scene, const bent_render_settings *s,
     return bent_fail(error, BENT_ERROR_ARGUMENT, "render: there is no integrator %d", (int)s->integrator);
   if (s->integrator == BENT_BIDIRECTIONAL && s->light_sampling != BENT_LIGHTS_BOTH)
     return bent_fail(error, BENT_ERROR_ARGUMENT, "render: the integrator BIDIRECTIONAL needs light_sampling BOTH");
+  if ((unsigned)s->sampling_pattern >= BENT_SAMPLING_PATTERNS)
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "render: there is no sampling_pattern %d", (int)s->sampling_pattern);
   if (!(s->alpha_threshold >= 0 && s->alpha_threshold <= 1))
     return bent_fail(error, BENT_ERROR_ARGUMENT, "render: alpha_threshold must lie in [0, 1], got %g",
                      s->alpha_threshold);
