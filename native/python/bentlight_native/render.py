@@ -235,6 +235,7 @@ class RenderMethods:
         directions = np.ascontiguousarray(directions, dtype=np.float64).reshape(-1, 3)
         radiance = np.ascontiguousarray(radiance, dtype=np.float64).reshape(-1, 3)
         count = len(directions)
+        places = np.broadcast_to(np.eye(4) if world_from_sun is None else world_from_sun, (count, 4, 4))
         self._set_suns(
             directions,
             radiance,
@@ -242,9 +243,7 @@ class RenderMethods:
             np.array(np.broadcast_to(visibility, (count,)), dtype=np.uint32),
             influences(influence, count),
             np.array(np.broadcast_to(materials, (count,)), dtype=np.int32),
-            np.array(
-                np.broadcast_to(np.eye(4) if world_from_sun is None else world_from_sun, (count, 4, 4)), np.float64
-            ),
+            np.ascontiguousarray(places, dtype=np.float64),
         )
 
     def set_lamps(

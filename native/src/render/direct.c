@@ -198,7 +198,8 @@ static vec3 scattered_light(const tracer *t, const lit_vertex *v, const light_sa
 
 /* The light that a vertex passes on to the camera from one connection, if nothing is in its way; and the sets of what
  * may be in its way. */
-static vec3 joined_light(const tracer *t, const path_block *block, const lit_vertex *v, const light_sample *s, const joint *j, uint64_t *blockers)
+static vec3 joined_light(const tracer *t, const path_block *block, const lit_vertex *v, const light_sample *s,
+                         const joint *j, uint64_t *blockers)
 {
   const vec3 dark = v3(0, 0, 0);
   const beam b = beam_of(t->scene, s, j);
