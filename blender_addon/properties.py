@@ -21,7 +21,7 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
                 "BIDIRECTIONAL",
                 "Bidirectional",
                 "Follow light from the lamps too, and join both parts by bent rays. Finds the caustics of glass and "
-                "metal; takes longer per sample. Suns, the sky and lamps with light linking or limits are followed "
+                "metal; takes longer per sample. Suns, the sky and lamps with light linking are followed "
                 "from the camera alone; so is all light where a black hole spins, or materials use Light Path",
             ),
         ],

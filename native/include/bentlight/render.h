@@ -76,7 +76,7 @@ typedef enum bent_light_sampling {
 typedef enum bent_integrator {
   BENT_PATH,          /* from the camera */
   BENT_BIDIRECTIONAL, /* from the lamps too, each way weighed against the others; light_sampling must be BOTH. Suns, the sky,
-                       * and lamps that do not shine on everything are followed from the camera alone; so is everything
+                       * and lamps that do not shine on all objects are followed from the camera alone; so is everything
                        * where bent_scene_bidirectional_obstacle says why. There is no blur_glossy, and all
                        * caustics are there */
   BENT_INTEGRATORS

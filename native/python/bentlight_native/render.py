@@ -61,7 +61,7 @@ class RenderSettings:
         light that was scattered more often; 0 is off.
     integrator: 'PATH': light is followed from the camera; 'BIDIRECTIONAL': from the lamps as well, for caustics.
         The mean of a picture is the same, except that PATH does not find caustics of lamps without size.
-        Suns, the sky and lamps that do not shine on everything are followed from the camera alone.
+        Suns, the sky and lamps that do not shine on all objects are followed from the camera alone.
         `Scene.bidirectional_obstacle` says where it is PATH instead. light_sampling must be 'BOTH'; blur_glossy and
         the switches of caustics do nothing.
     light_sampling: how lights are found. 'SCATTERING': by scattered rays that happen to meet them; 'CONNECTIONS': by

@@ -217,7 +217,7 @@ static int shines_evenly(uint32_t visibility, const bent_influence *influence)
 {
   const uint32_t scattering = BENT_VISIBLE_DIFFUSE | BENT_VISIBLE_GLOSSY | BENT_VISIBLE_TRANSMISSION;
   return (visibility & scattering) == scattering && influence->blockers == UINT64_MAX &&
-         influence->receivers == UINT64_MAX && influence->max_bounces == UINT32_MAX;
+         influence->receivers == UINT64_MAX;
 }
 
 /* The running sum of the emitters' fluxes, and the sides that shine. */
@@ -494,4 +494,10 @@ double lights_direction_pdf(const lights *l, const light_sample *from, vec3 dire
   const double cosine = v3_dot(v3_normalize(from->area), direction);
   const int sides = l->sides[emitter], both = sides == (SIDE_FRONT | SIDE_BACK);
   return sides & (cosine > 0 ? SIDE_FRONT : SIDE_BACK) ? fabs(cosine) / M_PI * (both ? 0.5 : 1) : 0;
+}
+
+uint32_t lights_start_bounces(const bent_scene *scene, const light_sample *from)
+{
+  return from->kind == LIGHT_LAMP ? scene->lamps->list[from->index].influence.max_bounces
+                                  : scene->geometry->instances[from->index].influence.max_bounces;
 }

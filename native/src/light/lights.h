@@ -51,7 +51,7 @@ double lights_place_probability(const lights *lights, const bent_scene *scene, c
 double lights_sun_probability(const lights *lights, size_t sun, vec3 point, vec3 normal);
 double lights_sky_pdf(const lights *lights, vec3 direction, vec3 point, vec3 normal);
 
-/* Where light subpaths start: on triangles and lamps that shine on everything (bent_influence, visibility), each about as
+/* Where light subpaths start: on triangles and lamps that shine on all objects (bent_influence, visibility), each about as
  * often as its flux says; evenly on a triangle, into directions by the cosine to its normal, of a lamp into all alike. */
 int lights_any_start(const lights *lights);
 /* Draws a place by u; out->probability is not set. Returns the chance of the triangle or lamp. */
@@ -60,4 +60,6 @@ double lights_start_chance(const lights *lights, light_kind kind, int index, int
 /* A direction away from a place, and the pdf of such a one by solid angle. */
 vec3 lights_draw_direction(const lights *lights, const light_sample *from, const double u[2]);
 double lights_direction_pdf(const lights *lights, const light_sample *from, vec3 direction);
+/* The emitter's bent_influence.max_bounces, which the caller heeds. */
+uint32_t lights_start_bounces(const bent_scene *scene, const light_sample *from);
 #endif

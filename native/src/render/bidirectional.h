@@ -1,7 +1,7 @@
 /* Bidirectional path tracing, the camera's side: the chain of a camera's path (chain.h), what it changes in the weights of
  * light that is met or drawn, and connections with the vertices of light subpaths (light_path.h).
  *
- * Only with the tracer's `bidirectional`. Suns, the sky, and lamps that do not shine on everything have no light subpaths:
+ * Only with the tracer's `bidirectional`. Suns, the sky, and lamps that do not shine on all objects have no light subpaths:
  * their weights are those of path tracing. */
 #ifndef BENT_RENDER_BIDIRECTIONAL_H
 #define BENT_RENDER_BIDIRECTIONAL_H

@@ -103,7 +103,7 @@ int light_path_allowed(const tracer *t, ray_history camera, const light_vertex *
     if (!bsdf_drawn(&seen->set, &seen->point, v3_scale(v3_from(v->hit.direction), -1), u, &drawn)) return 0;
     all = path_scattered(all, &seen->set, drawn.lobe, 0);
   }
-  return !path_is_last(t->settings, &all) &&
+  return !path_is_last(t->settings, &all) && all.bounces <= lights_start_bounces(t->scene, &v->start) &&
          camera.transparent + v->history.transparent <= t->settings->transparent_bounces;
 }
 
