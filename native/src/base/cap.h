@@ -32,4 +32,15 @@ static inline vec3 cap_draw(const cap *c, double u, double v)
   v3_basis(c->axis, &x, &y);
   return v3_normalize(v3_mad(x, across * cos(turn), v3_mad(y, across * sin(turn), v3_scale(c->axis, 1 - down))));
 }
+
+/* What part of the light that an evenly diffuse surface scatters comes from a cap, about: exact for a cap above
+ * the horizon. normal 0: from all around. */
+static inline double cap_form_factor(const cap *c, vec3 normal)
+{
+  const double cosine = 1 - c->chord2 / 2, sine2 = max2(1 - cosine * cosine, 0), sine = sqrt(sine2);
+  if (v3_dot(normal, normal) == 0) return c->chord2 / 4;
+  const double height = v3_dot(normal, c->axis);
+  if (height >= sine) return sine2 * height;
+  return height > -sine ? 0.25 * sine * (height + sine) * (height + sine) : 0;
+}
 #endif

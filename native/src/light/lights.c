@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "geometry/geometry.h"
+#include "light/casters.h"
 #include "light/join.h"
 #include "light/light_tree.h"
 #include "light/sky_map.h"
@@ -24,6 +25,7 @@ struct lights {
   light_tree *tree;        /* NULL without emitters */
   double *flux;            /* running sum over the emitters that light subpaths start from, about */
   uint8_t *sides;          /* of a triangle that shine: SIDE_* */
+  casters casters;
   int32_t **of_triangle;   /* for each instance NULL, or for each of its triangles the emitter, or -1 */
   size_t instance_count;
   double even;             /* chance that a place on a triangle is drawn evenly over its area */
@@ -274,6 +276,7 @@ bent_status lights_new(const bent_scene *scene, lights **out, bent_error *error)
     lights_free(l);
     return status;
   }
+  if (lights_any_start(l)) l->casters = casters_find(scene);
   l->sky_weight = l->sky ? M_PI * sky_map_mean(l->sky) : 0;
   free(l->clusters);
   l->clusters = NULL;
@@ -470,30 +473,47 @@ double lights_start_chance(const lights *l, light_kind kind, int index, int tria
   return emitter < 0 ? 0 : start_chance(l, (size_t)emitter);
 }
 
-vec3 lights_draw_direction(const lights *l, const light_sample *from, const double u[2])
+/* The normal of what shines on one side; 0 if both sides do, or all around. */
+static vec3 shining_normal(const lights *l, const light_sample *from)
 {
-  const double turn = 2 * M_PI * u[1];
-  if (from->kind == LIGHT_LAMP) {
-    const double z = 1 - 2 * u[0], r = sqrt(max2(1 - z * z, 0));
-    return v3(r * cos(turn), r * sin(turn), z);
-  }
-  const int sides = l->sides[emitter_of(l, from->kind, from->index, from->triangle)];
-  const int both = sides == (SIDE_FRONT | SIDE_BACK), back = both ? u[0] >= 0.5 : sides == SIDE_BACK;
-  const double part = both ? 2 * u[0] - back : u[0], r = sqrt(part);
-  const vec3 z = v3_scale(v3_normalize(from->area), back ? -1 : 1);
+  const int emitter = emitter_of(l, from->kind, from->index, from->triangle);
+  if (from->kind == LIGHT_LAMP || emitter < 0 || l->sides[emitter] == (SIDE_FRONT | SIDE_BACK)) return v3(0, 0, 0);
+  return v3_scale(v3_normalize(from->area), l->sides[emitter] == SIDE_BACK ? -1 : 1);
+}
+
+/* By the cosine to the normal, to both sides if `normal` is 0. */
+static vec3 draw_by_cosine(const light_sample *from, vec3 normal, const double u[2])
+{
+  const int both = v3_dot(normal, normal) == 0, back = both && u[0] >= 0.5;
+  const double turn = 2 * M_PI * u[1], part = both ? 2 * u[0] - back : u[0], r = sqrt(part);
+  const vec3 z = both ? v3_scale(v3_normalize(from->area), back ? -1 : 1) : normal;
   vec3 x, y;
   v3_basis(z, &x, &y);
   return v3_mad(x, r * cos(turn), v3_mad(y, r * sin(turn), v3_scale(z, sqrt(max2(1 - part, 0)))));
 }
 
+vec3 lights_draw_direction(const lights *l, const light_sample *from, const double u[3])
+{
+  const vec3 normal = shining_normal(l, from);
+  const caster_mix mix = casters_seen(&l->casters, from->target, normal);
+  if (u[2] < mix.chance) return caster_draw(&mix, u[2] / mix.chance, u);
+  if (from->kind != LIGHT_LAMP) return draw_by_cosine(from, normal, u);
+  const double turn = 2 * M_PI * u[1], z = 1 - 2 * u[0], r = sqrt(max2(1 - z * z, 0));
+  return v3(r * cos(turn), r * sin(turn), z);
+}
+
 double lights_direction_pdf(const lights *l, const light_sample *from, vec3 direction)
 {
-  if (from->kind == LIGHT_LAMP) return 1 / (4 * M_PI);
-  const int emitter = emitter_of(l, from->kind, from->index, from->triangle);
-  if (emitter < 0) return 0;
-  const double cosine = v3_dot(v3_normalize(from->area), direction);
-  const int sides = l->sides[emitter], both = sides == (SIDE_FRONT | SIDE_BACK);
-  return sides & (cosine > 0 ? SIDE_FRONT : SIDE_BACK) ? fabs(cosine) / M_PI * (both ? 0.5 : 1) : 0;
+  if (from->kind != LIGHT_LAMP && !lights_draw_triangle(l, from->index, from->triangle)) return 0;
+  const vec3 normal = shining_normal(l, from);
+  const caster_mix mix = casters_seen(&l->casters, from->target, normal);
+  double base = 1 / (4 * M_PI);
+  if (from->kind != LIGHT_LAMP) {
+    const int both = v3_dot(normal, normal) == 0;
+    base = both ? fabs(v3_dot(v3_normalize(from->area), direction)) / (2 * M_PI)
+                : max2(v3_dot(normal, direction), 0) / M_PI;
+  }
+  return mix.chance * caster_pdf(&mix, direction) + (1 - mix.chance) * base;
 }
 
 uint32_t lights_start_bounces(const bent_scene *scene, const light_sample *from)

@@ -52,13 +52,14 @@ double lights_sun_probability(const lights *lights, size_t sun, vec3 point, vec3
 double lights_sky_pdf(const lights *lights, vec3 direction, vec3 point, vec3 normal);
 
 /* Where light subpaths start: on triangles and lamps that shine on all objects (bent_influence, visibility), each about as
- * often as its flux says; evenly on a triangle, into directions by the cosine to its normal, of a lamp into all alike. */
+ * often as its flux says; evenly on a triangle; into directions by the cosine to its normal, of a lamp into all alike, and
+ * as many towards glass and mirrors (casters.h). */
 int lights_any_start(const lights *lights);
 /* Draws a place by u; out->probability is not set. Returns the chance of the triangle or lamp. */
 double lights_draw_start(const lights *lights, const bent_scene *scene, const double u[3], light_sample *out);
 double lights_start_chance(const lights *lights, light_kind kind, int index, int triangle);
 /* A direction away from a place, and the pdf of such a one by solid angle. */
-vec3 lights_draw_direction(const lights *lights, const light_sample *from, const double u[2]);
+vec3 lights_draw_direction(const lights *lights, const light_sample *from, const double u[3]);
 double lights_direction_pdf(const lights *lights, const light_sample *from, vec3 direction);
 /* The emitter's bent_influence.max_bounces, which the caller heeds. */
 uint32_t lights_start_bounces(const bent_scene *scene, const light_sample *from);

@@ -46,16 +46,6 @@ static cap mouth_cap(const lens *l, vec3 from, int *side)
   return cap_of_sine(v3_scale(to, (*side == THIS_SIDE ? 1 : -1) / distance), min2(sine, 1));
 }
 
-/* What part of the light that an evenly diffuse surface scatters comes from a cap, about: exact for a cap above the horizon. */
-static double form_factor(const cap *c, vec3 normal)
-{
-  const double cosine = 1 - c->chord2 / 2, sine2 = max2(1 - cosine * cosine, 0), sine = sqrt(sine2);
-  if (v3_dot(normal, normal) == 0) return c->chord2 / 4;
-  const double height = v3_dot(normal, c->axis);
-  if (height >= sine) return sine2 * height;
-  return height > -sine ? 0.25 * sine * squared(height + sine) : 0;
-}
-
 /* The part of a set's samples that goes to lobes too wide to find a mouth by themselves. */
 static double wide_share(const closure_set *set)
 {
@@ -111,7 +101,7 @@ portal_mix portal_mix_at(const bent_scene *scene, vec3 position, vec3 normal, co
     const cap cap = mouth_cap(l, position, &side);
     const size_t own = home_of(i, side), other = l->exit < 0 ? home_of(i, !side) : home_of((size_t)l->exit, side);
     if (cap.chord2 > widest) widest = cap.chord2, mix.home = own;
-    const double share = form_factor(&cap, normal) * known->radiance[other];
+    const double share = cap_form_factor(&cap, normal) * known->radiance[other];
     if (share > 0) add(&mix, cap, share);
   }
   for (int i = 0; i < mix.count; i++) sum += mix.portals[i].share;
