@@ -322,6 +322,35 @@ def test_small_lights_beside_a_spinning_hole():
         assert np.all(np.abs(a - b) < 4 * np.sqrt(va + vb)), (sampling, sums)
 
 
+def test_light_after_many_bounces_beside_a_spinning_hole():
+    """Where joining is slow, deep vertices are joined by chance, and first images far from the hole weigh by an
+    estimate: the mean is that of chance alone. Bright walls on five sides, so that most light is indirect."""
+    scene = new_scene()
+    scene.set_spacetime(Spacetime.kerr(0.04, 0.036))
+    closures = [diffuse((0.85, 0.8, 0.6)), glossy((0.1, 0.1, 0.1), 0.3)]
+    for axis in np.vstack([np.eye(3), -np.eye(3)])[:5]:
+        across = np.roll(axis, 1)
+        at = np.eye(4)
+        at[:3, :3] = np.stack([1.5 * across, 1.5 * np.cross(-axis, across), -1.5 * axis], 1)
+        at[:3, 3] = 1.5 * axis
+        add(scene, quad(), *closures, at=at)
+    lamp = np.diag([0.5, -0.5, -0.5, 1.0])
+    lamp[:3, 3] = 0.2, 0.3, 1.4
+    add(scene, quad(), emission((3, 4, 5)), at=lamp)
+    perspective(scene, look_at((0, 0.4, -1.4), (0, 0.2, 1)), half=0.6)
+    scene.commit()
+    settings = {"max_bounces": 7, "diffuse_bounces": 7, "roulette_start": 9, "names": ("combined",)}
+    sums = {}
+    for sampling, samples in [("SCATTERING", 48), ("CONNECTIONS", 24), ("BOTH", 24)]:
+        pictures = [render(scene, 16, 16, samples, seed=s, light_sampling=sampling, **settings)[0] for s in range(16)]
+        runs = [picture["combined"][..., :3].mean((0, 1), dtype=float) for picture in pictures]
+        sums[sampling] = np.mean(runs, 0), np.var(runs, 0, ddof=1) / len(runs)
+    for sampling in ("CONNECTIONS", "BOTH"):
+        (a, va), (b, vb) = sums["SCATTERING"], sums[sampling]
+        assert np.all(np.sqrt(va + vb) < 0.01 * a)
+        assert np.all(np.abs(a - b) < 4 * np.sqrt(va + vb)), (sampling, sums)
+
+
 # ---- The draws ----
 
 

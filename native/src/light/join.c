@@ -4,10 +4,13 @@
 #include "bentlight/connect.h"
 #include "light/join_lens.h"
 
-/* Wanted miss of a connection, in radii of its far end: what shading needs. */
-static const double TOLERANCE = 1e-6;
+/* Wanted miss of a connection, in radii of its far end: what shading needs; and around a spinning hole, still less than what
+ * shadow rays are traced to. */
+static const double TOLERANCE = 1e-6, TOLERANCE_SPIN = 1e-5;
 /* A traced ray that is farther from a connection, in swept angle or in direction, is another one: radians. */
 static const double ANGLE_APART = 0.1;
+/* Straight lines that pass a spinning hole at so many radii of its horizon or more are good estimates of rays. */
+static const double PLAIN = 5;
 /* The least chance with which images after the first are listed. */
 static const double CHANCE_LEAST = 0.02;
 enum { BLOCK = JOIN_BLOCK, IMAGES = JOIN_IMAGES };
@@ -102,6 +105,12 @@ typedef struct inner {
 
 static int spins(const lens *l) { return l->spacetime.kind == BENT_KERR && l->spacetime.spin != 0; }
 
+int join_is_slow(const geometry *g)
+{
+  const lens *l = lone_lens(g);
+  return l && spins(l);
+}
+
 /* joint.cone in the spacetime's axes. Surfaces stay at their places of the chart, past which the ZAMO of a spinning hole moves:
  * a ray that arrives along the unit vector n for it goes along n + v there, and covers 1 + n.v times the area. */
 static vec3 cone_at(const lens *l, const double to[3], vec3 arrival, double spread)
@@ -112,8 +121,42 @@ static vec3 cone_at(const lens *l, const double to[3], vec3 arrival, double spre
   return v3_scale(v3_add(arrival, v), 1 / (spread * (1 + v3_dot(arrival, v))));
 }
 
+/* The shortest distance from the center to the straight line between two places beside it, or from one to the sky. */
+static double closest_approach(vec3 a, vec3 b, int sky)
+{
+  const vec3 way = sky ? v3_normalize(b) : v3_sub(b, a);
+  const double along = max2(-v3_dot(a, way) / v3_dot(way, way), 0);
+  return v3_length(v3_mad(way, sky ? along : min2(along, 1), a));
+}
+
+/* Whether the way is so far from a spinning hole that only the first image sweeps about the angle between its ends. */
+static int is_plain(const lens *l, vec3 a, vec3 b, int sky)
+{
+  return closest_approach(a, b, sky) > PLAIN * bent_spacetime_core_radius(&l->spacetime) * l->scale;
+}
+
+/* Whether a traced ray, which swept `swept`, can only be the first image; never if it arrived in a far sky. */
+static int is_first(const lens *l, vec3 from, vec3 to, int sky, int far, double swept)
+{
+  const vec3 a = v3_sub(from, l->center), b = sky ? to : v3_sub(to, l->center);
+  const double angle = atan2(v3_length(v3_cross(a, b)), v3_dot(a, b));
+  if (spins(l) && !is_plain(l, a, b, sky)) return 0; /* near the hole dragging confuses angles */
+  return !far && fabs(swept - angle) < ANGLE_APART && angle < M_PI - 2 * ANGLE_APART;
+}
+
+/* Sets the estimate by which a joint around a spinning hole weighs if it is the first image. */
+static void weigh_by_line(const lens *l, vec3 from, vec3 to, int sky, int far, joint *j)
+{
+  if (!spins(l) || !is_first(l, from, to, sky, far, j->swept)) return;
+  const vec3 way = sky ? to : v3_sub(to, from);
+  const double length2 = v3_dot(way, way);
+  j->weigh_spread = sky ? 1 : length2;
+  j->weigh_cone = v3_scale(way, 1 / (sqrt(length2) * j->weigh_spread));
+}
+
 /* Those that want just so many images. */
-static void join_images(const geometry *g, const lens *l, const inner *in, size_t images, int sky, int far, joints *out)
+static void join_images(const geometry *g, const lens *l, const inner *in, size_t images, const vec3 *ends_from,
+                        const vec3 *ends_to, int sky, int far, joints *out)
 {
   enum { ENTRIES = BLOCK * IMAGES };
   uint8_t status[ENTRIES];
@@ -129,9 +172,10 @@ static void join_images(const geometry *g, const lens *l, const inner *in, size_
                                     .swept = swept};
   const double(*a)[3] = (const double(*)[3])from, (*b)[3] = (const double(*)[3])to;
   bent_error ignored; /* all arguments have been checked */
-  const bent_status failed = sky ? bent_connect_sky(&l->spacetime, n, a, b, far, images, JOINT_SHARE_MIN, TOLERANCE,
+  const double tolerance = spins(l) ? TOLERANCE_SPIN : TOLERANCE;
+  const bent_status failed = sky ? bent_connect_sky(&l->spacetime, n, a, b, far, images, JOINT_SHARE_MIN, tolerance,
                                                     &results, NULL, NULL, &ignored)
-                                 : bent_connect(&l->spacetime, n, a, b, images, JOINT_SHARE_MIN, TOLERANCE, &results,
+                                 : bent_connect(&l->spacetime, n, a, b, images, JOINT_SHARE_MIN, tolerance, &results,
                                                 NULL, NULL, &ignored);
   if (failed) return;
   for (size_t i = 0; i < n * images; i++) {
@@ -139,25 +183,14 @@ static void join_images(const geometry *g, const lens *l, const inner *in, size_
     const size_t k = which[i / images];
     const vec3 arrives = v3_from(arrival[i]), cone = sky ? arrives : cone_at(l, in->to[k], arrives, spread[i]);
     const double area = sky ? 1 : l->scale * l->scale, turned = 1 / l->scale; /* the matrix turns and scales */
-    const joint j = {.launch = v3_scale(mat4_vector(&l->world_from_spacetime, v3_from(launch[i])), turned),
-                     .arrival = v3_scale(mat4_vector(&l->world_from_spacetime, arrives), turned),
-                     .cone = v3_scale(mat4_vector(&l->world_from_spacetime, cone), turned / area),
-                     .spread = spread[i] * area, .swept = swept[i], .first_lens = (int)(l - g->lenses), .through = far,
-                     .chance = join_chance(in->second[k], (int)(i % images)), .way_chance = in->way_chance[k]};
+    joint j = {.launch = v3_scale(mat4_vector(&l->world_from_spacetime, v3_from(launch[i])), turned),
+               .arrival = v3_scale(mat4_vector(&l->world_from_spacetime, arrives), turned),
+               .cone = v3_scale(mat4_vector(&l->world_from_spacetime, cone), turned / area),
+               .spread = spread[i] * area, .swept = swept[i], .first_lens = (int)(l - g->lenses), .through = far,
+               .chance = join_chance(in->second[k], (int)(i % images)), .way_chance = in->way_chance[k]};
+    if (i % images == 0) weigh_by_line(l, ends_from[in->pair[k]], ends_to[in->pair[k]], sky, far, &j);
     joints_add(&out[in->pair[k]], &j);
   }
-}
-
-/* Whether a traced ray, which swept `swept`, can only be the first image; never if it arrived in a far sky. */
-static int is_first(const lens *l, vec3 from, vec3 to, int sky, int far, double swept)
-{
-  const vec3 a = v3_sub(from, l->center), b = sky ? to : v3_sub(to, l->center);
-  const double angle = atan2(v3_length(v3_cross(a, b)), v3_dot(a, b));
-  if (spins(l)) { /* near the hole dragging confuses angles */
-    const double edge = 3 * bent_spacetime_core_radius(&l->spacetime) * l->scale;
-    if (angle > M_PI / 2 || v3_length(a) < edge || !(sky || v3_length(b) > edge)) return 0;
-  }
-  return !far && fabs(swept - angle) < ANGLE_APART && angle < M_PI - 2 * ANGLE_APART;
 }
 
 /* Arguments as in join_by. All pairs are inside a lens that is all of space. */
@@ -176,13 +209,21 @@ static void join_inside(const geometry *g, const lens *l, size_t n, const vec3 *
     if (!join_is_place(l, in.from[k]) || !(sky || join_is_place(l, in.to[k]))) continue;
     if (!join_tries(chances ? chances[i] : NULL, joint_way_by((int)(l - g->lenses), far), u ? &u[i] : NULL, &in.way_chance[k]))
       continue;
+    const int first = traces && is_first(l, from[i], to[i], sky, far, traces[i].swept);
+    if (first && spins(l)) { /* its weight is known */
+      joint j = {.launch = traces[i].launch, .swept = traces[i].swept, .first_lens = traces[i].first_lens,
+                 .borders = traces[i].borders, .chance = 1, .way_chance = in.way_chance[k]};
+      weigh_by_line(l, from[i], to[i], sky, far, &j);
+      j.spread = j.weigh_spread, j.cone = j.weigh_cone;
+      joints_add(&out[i], &j);
+      continue;
+    }
     in.pair[k] = i, in.second[k] = join_second_chance(l, a, b, sky);
-    in.images[k] = traces && is_first(l, from[i], to[i], sky, far, traces[i].swept)
-                       ? 1 : join_images_wanted(in.second[k], u ? &u[i] : NULL);
+    in.images[k] = first ? 1 : join_images_wanted(in.second[k], u ? &u[i] : NULL);
     if (spins(l) && in.images[k] > 2) in.images[k] = 2; /* more are slow to find */
     in.count++;
   }
-  for (int level = 0; level < LEVELS; level++) join_images(g, l, &in, LEVEL_IMAGES[level], sky, far, out);
+  for (int level = 0; level < LEVELS; level++) join_images(g, l, &in, LEVEL_IMAGES[level], from, to, sky, far, out);
 }
 
 /* ---- All ways ---- */

@@ -15,6 +15,10 @@ typedef struct joint {
   vec3 cone;     /* a small piece of surface at the second place, with area vector A, covers |A . cone| of the solid angle of
                     launch; 1 / area. In the sky: arrival */
   double spread; /* local area across the ray at the second place, or solid angle of sky, per solid angle of launch */
+  /* Where it takes long to solve for a traced ray, multiple importance sampling weighs both of its ways to find such light
+   * by an estimate of spread and cone instead, the straight line's. The weights add up to 1 all the same. */
+  double weigh_spread;
+  vec3 weigh_cone;
   double swept;  /* inside lenses, radians */
   int first_lens;   /* as in bent_hit; -1: straight */
   uint32_t borders; /* as in bent_hit, when it arrives */
@@ -41,6 +45,8 @@ void join_by_chance(const geometry *g, size_t n, const vec3 *from, const vec3 *t
 void join_sky(const geometry *g, size_t n, const vec3 *from, const vec3 *to, const double *u, int far, joints *out);
 /* Nonzero if a wormhole has a sky of its own beyond it. */
 int join_has_far_sky(const geometry *g);
+/* Nonzero if it takes much longer to join a pair than to trace its ray: around a lone hole that spins. */
+int join_is_slow(const geometry *g);
 static inline int joint_is_straight(const joint *j) { return j->first_lens < 0; }
 /* Joints numbered by the way that they take: straight, or by way of each lens, on this side or through its throat. */
 static inline size_t joint_ways(const geometry *g) { return 1 + 2 * g->lens_count; }

@@ -42,6 +42,7 @@ void joints_add(joints *joints, const joint *j)
     joints->count++;
   }
   joints->list[at] = *j;
+  if (!(j->weigh_spread > 0)) joints->list[at].weigh_spread = j->spread, joints->list[at].weigh_cone = j->cone;
 }
 
 int join_is_clear(const geometry *g, vec3 from, vec3 direction, double length, int except)

@@ -3,9 +3,10 @@
 #define BENT_LIGHT_JOIN_LENS_H
 #include "light/join.h"
 
-enum { JOIN_BLOCK = 64, JOIN_IMAGES = 4 };
+enum { JOIN_BLOCK = 128, JOIN_IMAGES = 4 };
 
-/* Adds a joint, in place of the faintest one if there are too many. */
+/* Adds a joint, whose spread and cone weigh it unless something else is given, in place of the faintest one if there are
+ * too many. */
 void joints_add(joints *joints, const joint *j);
 /* Whether a straight line from `from`, of `length` along the unit direction, stays outside all spheres but that of the
  * lens `except` (or -1). */

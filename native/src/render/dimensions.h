@@ -18,7 +18,7 @@ enum {
 enum {
   LIGHT_U, LIGHT_V, /* place on the light */
   LIGHT_CHOICE,     /* lamps and surfaces, suns or sky; then which one */
-  LIGHT_IMAGES      /* how many images, and which faint ones get a shadow ray */
+  LIGHT_IMAGES      /* whether any at all; how many images, and which faint ones get a shadow ray */
 };
 
 /* One scattering of a walk below a surface. */

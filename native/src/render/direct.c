@@ -10,6 +10,15 @@
 enum { VISIBLE_SCATTERING = BENT_VISIBLE_DIFFUSE | BENT_VISIBLE_GLOSSY | BENT_VISIBLE_TRANSMISSION };
 /* Fainter images than this part of a vertex' brightest one get a shadow ray by chance only. */
 static const double FAINT = 0.05;
+/* The least chance with which a vertex is joined with a light where that is slow. */
+static const double CHANCE_LEAST = 0.1;
+
+/* What a vertex brings goes with its throughput, and so does the chance that spends an even effort on it best. The camera's
+ * own vertices, whose light is seen at once, are always joined. */
+double direct_chance(const tracer *t, const path *p)
+{
+  return t->joins_slowly && p->ray.bounces > 0 ? min2(max2(v3_max(p->beta), CHANCE_LEAST), 1) : 1;
+}
 
 vec3 direct_normal(const shade_point *point, const closure_set *set)
 {
@@ -55,8 +64,11 @@ void direct_reach(const tracer *t, int count, const path *paths, const bent_hit 
     joint found[DIRECT_BATCH];
     join_traced(t->scene->geometry, (size_t)n[list], from[list], to[list], list > 0, list == 2, traces[list], found);
     for (int k = 0; k < n[list]; k++)
-      if (found[k].spread > 0) out[path_of[list][k]] = (reach){1, found[k].spread * found[k].chance,
-                                                            v3_scale(found[k].cone, 1 / found[k].chance)};
+      if (found[k].spread > 0) {
+        const int i = path_of[list][k];
+        const double chance = found[k].chance * paths[i].scattered.join_chance;
+        out[i] = (reach){1, found[k].weigh_spread * chance, v3_scale(found[k].weigh_cone, 1 / chance)};
+      }
   }
 }
 
@@ -128,18 +140,22 @@ double direct_weight_sky(const tracer *t, const path *p, const reach *reach, vec
 /* A connection with a light. */
 typedef struct beam {
   double pdf; /* with which the connection was drawn, by solid angle at the vertex; of a point: its probability */
+  double weigh_pdf; /* the same by the spread that it is weighed by */
   int point;
   uint32_t visibility;
   bent_influence influence;
   int asks_scattering; /* its light depends on how the ray towards it was scattered */
 } beam;
 
-static beam beam_of(const bent_scene *scene, const light_sample *s, const joint *j)
+static beam beam_of(const bent_scene *scene, const light_sample *s, const joint *j, double vertex_chance)
 {
-  beam b = {.pdf = s->probability * j->spread * j->chance, .visibility = VISIBLE_SCATTERING, .influence = BENT_INFLUENCE_ALL};
+  const double probability = s->probability * j->chance * vertex_chance;
+  beam b = {.pdf = probability * j->spread, .weigh_pdf = probability * j->weigh_spread,
+            .visibility = VISIBLE_SCATTERING, .influence = BENT_INFLUENCE_ALL};
   if (s->kind == LIGHT_TRIANGLE) {
     const instance *i = &scene->geometry->instances[s->index];
-    b.pdf = s->probability * j->chance / fabs(v3_dot(s->area, j->cone));
+    b.pdf = probability / fabs(v3_dot(s->area, j->cone));
+    b.weigh_pdf = probability / fabs(v3_dot(s->area, j->weigh_cone));
     b.visibility = i->visibility;
     b.influence = i->influence;
     b.asks_scattering = shading_asks_scattering(scene->shading, geometry_material(scene->geometry, i, s->triangle));
@@ -152,7 +168,7 @@ static beam beam_of(const bent_scene *scene, const light_sample *s, const joint 
   } else if (s->kind == LIGHT_SUN) {
     const sun *sun = &scene->suns->list[s->index];
     b.point = sun->solid_angle == 0;
-    if (!b.point) b.pdf /= sun->solid_angle;
+    if (!b.point) b.pdf /= sun->solid_angle, b.weigh_pdf /= sun->solid_angle;
     b.visibility = sun->visibility;
     b.asks_scattering = sun->material >= 0 && shading_asks_scattering(scene->shading, sun->material);
     b.influence = sun->influence;
@@ -202,7 +218,7 @@ static vec3 joined_light(const tracer *t, const path_block *block, const lit_ver
                          const joint *j, uint64_t *blockers)
 {
   const vec3 dark = v3(0, 0, 0);
-  const beam b = beam_of(t->scene, s, j);
+  const beam b = beam_of(t->scene, s, j, v->chance);
   *blockers = b.influence.blockers;
   const uint32_t receiver_set = t->scene->geometry->instances[v->hit->instance].receiver_set;
   if (!is_lit(&b.influence, receiver_set, v->point.ray.bounces)) return dark;
@@ -212,7 +228,7 @@ static vec3 joined_light(const tracer *t, const path_block *block, const lit_ver
   if (!(v3_max(value) > 0)) return dark;
   const int weighed =
       !b.point && t->settings->light_sampling == BENT_LIGHTS_BOTH && is_shared(b.visibility, &b.influence);
-  double weight = (weighed ? heuristic(b.pdf, pdf) : 1) / b.pdf;
+  double weight = (weighed ? heuristic(b.weigh_pdf, pdf) : 1) / b.pdf;
   if (t->bidirectional && (s->kind == LIGHT_TRIANGLE || s->kind == LIGHT_LAMP) && is_shared(b.visibility, &b.influence))
     weight = 1 / (1 / weight + b.pdf * bidirectional_rivals(t, block, v, s, j));
   weight /= s->facing;

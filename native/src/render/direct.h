@@ -11,12 +11,12 @@
 
 /* Paths that are shaded side by side; and the most shadows that one vertex asks for: this, the far side's sky, and a
  * vertex of a light subpath. */
-enum { DIRECT_BATCH = 64, DIRECT_SHADOWS_MAX = 3 * JOINTS_MAX };
+enum { DIRECT_BATCH = 128, DIRECT_SHADOWS_MAX = 3 * JOINTS_MAX };
 
 /* How the scattering before met what the path's ray has met now. */
 typedef struct reach {
   int joined;    /* a connection with a light would have found the same ray */
-  double spread; /* that connection's, times its chance of being listed */
+  double spread; /* what that connection weighs by, times its chance of being made */
   vec3 cone;
 } reach;
 
@@ -36,12 +36,16 @@ typedef struct lit_vertex {
   vec3 beta; /* before scattering */
   chain chain; /* on arrival, if light subpaths are traced */
   uint32_t vertex; /* its number on the path */
+  double chance; /* with which it is joined with a light at all */
   double u[4];
   shade_point point; /* its ray: the one before scattering */
   closure_set set;
   portal_mix mix; /* how it draws directions */
 } lit_vertex;
 
+/* The chance with which the vertex where a path is now is joined with a light: 1 unless that is slow. It is part of the
+ * pdf of all its connections, on both sides of the weighing. */
+double direct_chance(const tracer *t, const path *p);
 /* Draws a light for each of `count` <= DIRECT_BATCH vertices and adds the rays towards it to the block's shadows. */
 void direct_draw(const tracer *t, path_block *block, int count, const lit_vertex *vertices);
 /* Adds a shadow from s->from to the block, which has room for it; the caller may limit its ray. `surface`: that it leaves,

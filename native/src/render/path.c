@@ -76,7 +76,8 @@ double path_footprint(const tracer *t, vec3 position)
 void tracer_init(tracer *t, const bent_scene *scene, const bent_render_settings *s)
 {
   *t = (tracer){.scene = scene, .settings = s, .angle = s->tolerance,
-                .asks_scattering = shading_any_asks_scattering(scene->shading)};
+                .asks_scattering = shading_any_asks_scattering(scene->shading),
+                .joins_slowly = join_is_slow(scene->geometry)};
   measure_pixel(t);
   if (scene->camera) t->eye = mat4_point(&scene->camera->world_from_camera, v3(0, 0, 0));
   t->bidirectional = s->integrator == BENT_BIDIRECTIONAL && !bent_scene_bidirectional_obstacle(scene);
@@ -254,15 +255,17 @@ typedef struct room {
 
 /* Puts a vertex on a list of those to be joined with a light, unless it could not scatter the light. */
 static void want_light(const tracer *t, batch *b, int list, path *p, const arrival *at, const shade_point *point,
-                       const closure_set *set, const portal_mix *mix)
+                       const closure_set *set, const portal_mix *mix, double chance)
 {
   if (p->last || set->count == set->delta_count || !lights_any(t->scene->lights) ||
       t->settings->light_sampling == BENT_LIGHTS_SCATTERING)
     return;
+  double u[SAMPLER_DIMENSIONS];
+  sampler_draw(&t->sampler, p->pixel, p->sample, dimensions_light(p->vertex), u);
+  if (!(u[LIGHT_IMAGES] < chance)) return;
   lit_vertex *v = &b->vertices[list][b->vertex_count[list]++];
-  *v = (lit_vertex){.path = p, .hit = at->hit, .beta = p->beta, .chain = at->chain, .vertex = p->vertex, .point = *point,
-                    .set = *set, .mix = *mix};
-  sampler_draw(&t->sampler, p->pixel, p->sample, dimensions_light(p->vertex), v->u);
+  *v = (lit_vertex){.path = p, .hit = at->hit, .beta = p->beta, .chance = chance, .chain = at->chain, .vertex = p->vertex,
+                    .u = {u[0], u[1], u[2], u[LIGHT_IMAGES] / chance}, .point = *point, .set = *set, .mix = *mix};
 }
 
 /* Where a path comes out from below a surface: a white diffuse lobe, whose normal is that of the subsurface lobes there. */
@@ -301,7 +304,8 @@ static int walk_below(const tracer *t, batch *b, path *p, const room *room, bent
 
 /* Draws the next direction; returns 0 if the path ends here. */
 static int scatter(const tracer *t, batch *b, path *p, const room *room, bent_ray *ray,
-                   const arrival *at, const shade_point *point, const closure_set *set, const portal_mix *mix)
+                   const arrival *at, const shade_point *point, const closure_set *set, const portal_mix *mix,
+                   double join_chance)
 {
   const bent_hit *hit = at->hit;
   double u[SAMPLER_DIMENSIONS];
@@ -327,7 +331,7 @@ static int scatter(const tracer *t, batch *b, path *p, const room *room, bent_ra
     bidirectional_leave(t, &p->chain, hit, point, &drawn, b->closures);
   }
   p->scattered = (scattering){point->position, direct_normal(point, set), drawn.wi, drawn.pdf,
-                              t->scene->geometry->instances[hit->instance].receiver_set, 0, -1, 0};
+                              join_chance, t->scene->geometry->instances[hit->instance].receiver_set, 0, -1, 0};
   ray->length_min = 0, ray->length_max = INFINITY;
   ray->visibility = (uint32_t)drawn.lobe;
   path_set_ray(t, ray, point->position, drawn.wi, hit);
@@ -339,8 +343,9 @@ static int leave_vertex(const tracer *t, batch *b, int list, path *p, const room
                         const arrival *at, const shade_point *point, const closure_set *set)
 {
   const portal_mix mix = mix_at(t, p, point, set);
-  want_light(t, b, list, p, at, point, set, &mix);
-  return scatter(t, b, p, room, ray, at, point, set, &mix);
+  const double join_chance = direct_chance(t, p);
+  want_light(t, b, list, p, at, point, set, &mix, join_chance);
+  return scatter(t, b, p, room, ray, at, point, set, &mix, join_chance);
 }
 
 /* Whether the camera meets a holdout here: black and see-through, whatever the film (as Cycles). */

@@ -24,6 +24,7 @@ typedef struct tracer {
   int bidirectional; /* light subpaths are traced too */
   vec3 eye;          /* the camera's place */
   int64_t (*light)[3]; /* where they add what they bring to the camera, as in render.h */
+  int joins_slowly;    /* see join_is_slow */
   int asks_scattering; /* some material wants to know by what kind of scattering a ray came */
 } tracer;
 
@@ -32,6 +33,7 @@ typedef struct scattering {
   vec3 position, normal; /* at first the camera's ray; normal: as direct_normal has it */
   vec3 direction;        /* drawn */
   double pdf;            /* of the direction, by solid angle; 0: a mirror's or the camera's, which no light sampling finds */
+  double join_chance;    /* with which the place was joined with a light */
   uint32_t receiver_set; /* of the instance there */
   /* from there to the ray's origin, by way of surfaces that it went through, as in bent_hit */
   double swept;
@@ -77,7 +79,7 @@ typedef struct shadow {
   ray_history ray;
 } shadow;
 
-enum { SHADOWS = 8192 };
+enum { SHADOWS = 16384 };
 
 /* What became of some shadow rays. */
 typedef struct shadow_count {

@@ -12,7 +12,8 @@
 #include "spacetime/connect_plane.h"
 #include "spacetime/connect_search.h"
 
-enum { GUESS_PASSES = 3, GUESS_PASSES_MORE = 6, GUESS_MATCHES = 6 };
+/* How often a guess is mended, and turned to match, for the first image, the second, and those that are hard to find. */
+enum { GUESS_PASSES_FIRST = 1, GUESS_PASSES = 3, GUESS_PASSES_MORE = 6, GUESS_MATCHES_FIRST = 2, GUESS_MATCHES = 6 };
 /* Where rays stop at the radius of b: where that is surely well conditioned, wherever the orbit without spin is steep
  * there, nowhere. */
 typedef enum guess_landings { LANDS_SURELY, LANDS_STEEP, LANDS_NOWHERE } guess_landings;
@@ -124,13 +125,14 @@ LANES_INLINE orbit_end guess_end(const lanes n[3], lanes depth, lanes_mask sky)
 
 /* Turns a launch direction until its ray is as far from the critical ones as it should: the swept angle goes with the
  * logarithm of the barrier over the rate. Returns C = Q + L^2. */
-LANES_INLINE lanes guess_match(const flow_hole *hole, const flow_place *at, lanes barrier, lanes closer, aim_setting *setting)
+LANES_INLINE lanes guess_match(const flow_hole *hole, const flow_place *at, lanes barrier, lanes closer, int matches,
+                               aim_setting *setting)
 {
   const flow_metric metric = flow_metric_at(hole, at);
   const lanes_mask near = lanes_abs(barrier) < 1;
   const lanes depth = lanes_log(lanes_max(lanes_min(lanes_abs(barrier), lanes_all(1)), lanes_all(1e-100))) + closer;
   flow_ray ray;
-  for (int i = 0; i < GUESS_MATCHES; i++) {
+  for (int i = 0; i < matches; i++) {
     lanes e[2][3], slope[2], rate;
     flow_across(setting->d, e);
     flow_launch(hole, at, &metric, setting->d, e, &ray);
@@ -173,7 +175,7 @@ LANES_INLINE lanes guess_landing(const aim_task *t, lanes depth, lanes speed, gu
 
 /* Sets the first trial of image `order`. */
 LANES_INLINE void guess_make(const guess_state *g, const flow_hole *hole, int order, guess_landings landings,
-                             aim_task *t)
+                             int matches, aim_task *t)
 {
   const lanes_mask sky = (lanes_mask)t->sky;
   lanes launch[3], axis[3];
@@ -194,7 +196,7 @@ LANES_INLINE void guess_make(const guess_state *g, const flow_hole *hole, int or
   t->fresh = (lanes)lanes_mask_all(1), t->truncation = AIM_TRUNCATION_FIRST * t->calm;
   t->turn_truncation = lanes_all(AIM_TURN_TRUNCATION);
   const lanes beta = swept / root.size, barrier = lanes_select(swept > 0, 1 - beta * beta * (1.0 / 27), lanes_all(2));
-  const lanes curl = guess_match(hole, &t->a, barrier, g->closer, &t->trial);
+  const lanes curl = guess_match(hole, &t->a, barrier, g->closer, matches, &t->trial);
   const lanes_mask winds = (swept > 1) & (lanes_abs(barrier) < 1);
   t->trial.time = lanes_select(winds, swept / lanes_sqrt(lanes_abs(curl)), root.size / pair.a.lapse);
 }
@@ -217,13 +219,16 @@ LANES_INLINE void guess_first(int order, const guess_rule *rule, aim_task *t)
   flow_hole hole = flow_hole_of(t->spin);
   if (rule->exchanges) guess_exchange(&hole, t);
   hole = flow_hole_of(t->spin);
+  const int easy = rule == GUESS_RULES && order < 2, first = easy && order == 0;
+  const int passes = first ? GUESS_PASSES_FIRST : easy ? GUESS_PASSES : GUESS_PASSES_MORE;
+  const int matches = first ? GUESS_MATCHES_FIRST : GUESS_MATCHES;
   const double spin = fabs(t->spin[0]);
   guess_state g = {.photon = {lanes_all(2 + 2 * cos(2.0 / 3 * acos(-spin))), lanes_all(2 + 2 * cos(2.0 / 3 * acos(spin)))},
                    .dragging = guess_dragging_between(&hole, &t->a, &t->b, (lanes_mask)t->sky)};
   g.dragging *= rule->dragging;
-  guess_make(&g, &hole, order, rule->landings, t);
+  guess_make(&g, &hole, order, rule->landings, matches, t);
   lanes last = {0}, met = {0};
-  for (int i = 0; i < (rule == GUESS_RULES && order < 2 ? GUESS_PASSES : GUESS_PASSES_MORE); i++) {
+  for (int i = 0; i < passes; i++) {
     const aim_shot shot = aim_shoot(t, 0);
     const lanes drag = shot.ray.drag.value, off = drag - g.dragging;
     const lanes over = lanes_min(lanes_max(shot.ray.swept - t->swept, lanes_all(-2)), lanes_all(2));
@@ -239,7 +244,7 @@ LANES_INLINE void guess_first(int order, const guess_rule *rule, aim_task *t)
     last = g.dragging, met = drag;
     g.dragging += lanes_select(moves, gain * off, lanes_all(0));
     g.closer += lanes_select(moves & lands, over, lanes_all(0));
-    guess_make(&g, &hole, order, rule->landings, t);
+    guess_make(&g, &hole, order, rule->landings, matches, t);
   }
 }
 #endif
