@@ -287,6 +287,22 @@ class RenderMethods:
         self._draw_lights(points, normals, u, which, target, probability)
         return which, target, probability
 
+    def draw_light_starts(
+        self, u: ArrayLike
+    ) -> tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Where light subpaths start, for tests and diagnosis. The scene must be committed; ValueError if none starts.
+
+        u: (n, 5) in [0, 1): one for the light, two for the place on it, two for the direction. Returns (n, 3) kind (0
+        triangle, 1 lamp), index of instance or lamp, triangle or -1; (n, 3) places; (n, 3) directions; and (n, 2) the
+        chance of the triangle or lamp, and the direction's pdf by solid angle.
+        """
+        u = np.ascontiguousarray(u, dtype=np.float64)
+        n = len(u)
+        which, place, direction = np.empty((n, 3), np.int32), np.empty((n, 3)), np.empty((n, 3))
+        probability = np.empty((n, 2))
+        self._draw_light_starts(u, which, place, direction, probability)
+        return which, place, direction, probability
+
     def join(self, points: ArrayLike, ends: ArrayLike, *, sky: bool = False, far: bool = False) -> dict[str, NDArray]:
         """The rays that the renderer knows to join places, for tests and diagnosis. The scene must be committed.
 

@@ -240,6 +240,41 @@ static PyObject *draw_lights(PyObject *self, PyObject *args)
   return result;
 }
 
+static PyObject *draw_light_starts(PyObject *self, PyObject *args)
+{
+  PyObject *objects[5];
+  if (!PyArg_ParseTuple(args, "OOOOO:draw_light_starts", &objects[0], &objects[1], &objects[2], &objects[3], &objects[4]))
+    return NULL;
+  const bent_scene *scene = scene_value(self);
+  if (!scene) return NULL;
+  if (!scene->committed) return PyErr_SetString(PyExc_RuntimeError, "scene: has edits without a commit"), NULL;
+  if (!lights_any_start(scene->lights)) return PyErr_SetString(PyExc_ValueError, "scene: no light starts anywhere"), NULL;
+  Py_ssize_t numbers[] = {-1, 5}, rows[] = {-1, 3}, pairs[] = {-1, 2};
+  buffer b[5] = {0};
+  PyObject *result = NULL;
+  if (!buffer_get(&b[0], objects[0], "u", 'd', 2, numbers, BUFFER_FINITE) && (rows[0] = pairs[0] = numbers[0], 1) &&
+      !buffer_get(&b[1], objects[1], "which", 'i', 2, rows, BUFFER_WRITE) &&
+      !buffer_get(&b[2], objects[2], "place", 'd', 2, rows, BUFFER_WRITE) &&
+      !buffer_get(&b[3], objects[3], "direction", 'd', 2, rows, BUFFER_WRITE) &&
+      !buffer_get(&b[4], objects[4], "probability", 'd', 2, pairs, BUFFER_WRITE)) {
+    const double(*u)[5] = buffer_data(&b[0]);
+    int32_t(*which)[3] = buffer_data(&b[1]);
+    double(*place)[3] = buffer_data(&b[2]), (*direction)[3] = buffer_data(&b[3]), (*probability)[2] = buffer_data(&b[4]);
+    for (Py_ssize_t i = 0; i < rows[0]; i++) {
+      light_sample s;
+      probability[i][0] = lights_draw_start(scene->lights, scene, u[i], &s);
+      const vec3 drawn = lights_draw_direction(scene->lights, &s, u[i] + 3);
+      probability[i][1] = lights_direction_pdf(scene->lights, &s, drawn);
+      which[i][0] = (int32_t)s.kind, which[i][1] = s.index, which[i][2] = s.kind == LIGHT_TRIANGLE ? s.triangle : -1;
+      v3_to(place[i], s.target);
+      v3_to(direction[i], drawn);
+    }
+    result = Py_NewRef(Py_None);
+  }
+  buffer_release_all(b, 5);
+  return result;
+}
+
 /* Joins n <= JOIN_BLOCK pairs from number `first` of the arrays that join() has. */
 enum { JOIN_BLOCK = 64 };
 static void join_block(const bent_scene *scene, const buffer *b, size_t first, size_t n, int sky, int far)
@@ -481,6 +516,7 @@ PyMethodDef scene_render_methods[] = {{"_set_camera", KEYWORDS(set_camera), NULL
                                       {"_set_suns", set_suns, METH_VARARGS, NULL},
                                       {"_set_lamps", set_lamps, METH_VARARGS, NULL},
                                       {"_draw_lights", draw_lights, METH_VARARGS, NULL},
+                                      {"_draw_light_starts", draw_light_starts, METH_VARARGS, NULL},
                                       {"_join", join, METH_VARARGS, NULL},
                                       {"bidirectional_obstacle", bidirectional_obstacle, METH_NOARGS,
                                        "bidirectional_obstacle() -> str | None\n\nWhy the integrator BIDIRECTIONAL "

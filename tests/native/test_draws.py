@@ -1,0 +1,131 @@
+"""Chi-square tests of what is drawn for the camera, suns and light subpaths.
+
+Others: the sampler (test_sampler.py), lobes (test_bsdf.py, test_subsurface.py), the choice of lights, places on them and
+directions of the sky (test_direct_light.py).
+"""
+
+import meshes
+import numpy as np
+import pytest
+from bsdf_tools import chi_square_z
+from scenes import add, emission, look_at, new_scene, perspective, quad, render
+from test_direct_light import add_lamps, placed
+
+DRAWS = 100000
+
+
+def cells(*coordinates, counts):
+    """How many points lie in each cell of the unit cube cut into equal parts."""
+    index = [np.clip((c * n).astype(int), 0, n - 1) for c, n in zip(coordinates, counts, strict=True)]
+    return np.bincount(np.ravel_multi_index(index, counts), minlength=np.prod(counts))
+
+
+def uniform_z(*coordinates, counts):
+    """The deviate of points that should be even in the unit cube."""
+    observed = cells(*coordinates, counts=counts)
+    return chi_square_z(observed, np.full(observed.size, observed.sum() / observed.size))
+
+
+# Densities by |offset| / half width, 0 to 1: Harris 1978 for the four-term window.
+FILTERS = {
+    "BOX": lambda t: np.ones_like(t),
+    "GAUSSIAN": lambda t: np.exp(-18 * t**2),
+    "BLACKMAN_HARRIS": lambda t: (
+        0.35875 + 0.48829 * np.cos(np.pi * t) + 0.14128 * np.cos(2 * np.pi * t) + 0.01168 * np.cos(3 * np.pi * t)
+    ),
+}
+
+
+@pytest.mark.parametrize(("kind", "width"), [("BOX", 1.0), ("GAUSSIAN", 3.0), ("BLACKMAN_HARRIS", 2.2)])
+@pytest.mark.parametrize("pattern", ["BLUE_NOISE", "CLASSIC"])
+def test_places_in_the_pixel_filter(kind, width, pattern):
+    """Where the first camera rays of 96 x 96 pixels and two seeds meet a wall, in pixels, by the cumulative distribution of
+    the filter: even over the unit square. In the blue-noise pattern they are evener than that, but not less even."""
+    size = 96
+    scene = new_scene()
+    add(scene, quad(3, 3), emission((1, 1, 1)))
+    perspective(scene, look_at((0, 0, 2), (0, 0, 0), up=(0, 1, 0)), half=0.5)
+    scene.commit()
+    fine = (np.arange(4096) + 0.5) / 4096
+    half = np.cumsum(FILTERS[kind](fine))
+    numbers = []
+    for seed in (0, 1):
+        settings = {"filter": kind, "filter_width": width, "sampling_pattern": pattern, "seed": seed}
+        position = render(scene, size, size, 1, names=("position",), **settings)[0]["position"].astype(float)
+        center = np.arange(size) + 0.5
+        for axis, middle in ((0, center[None, :]), (1, center[:, None])):
+            offset = (position[..., axis] / 2 + 0.5) * size - middle  # the image is 2 units wide at distance 2
+            share = np.interp(np.abs(offset) / (width / 2), fine, half / half[-1])
+            assert np.abs(offset).max() <= width / 2 * (1 + 1e-4)
+            numbers.append(0.5 + np.sign(offset).ravel() * share.ravel() / 2)
+    x, y = np.concatenate(numbers[::2]), np.concatenate(numbers[1::2])
+    z = uniform_z(x, y, counts=(12, 12))
+    assert z < 4 and (pattern == "BLUE_NOISE" or z > -4)
+
+
+@pytest.mark.parametrize("angle", [0.01, 0.5, 3.0, np.pi])
+def test_directions_towards_a_sun(angle):
+    """Even over its disk: 1 - cosine to its middle, which grows like the solid angle (Archimedes), and the turn."""
+    scene, rng = new_scene(), np.random.default_rng(3)
+    axis = np.array([0.3, -0.5, 0.81])
+    axis /= np.linalg.norm(axis)
+    scene.set_suns([axis], [(1, 1, 1)], angle)
+    scene.commit()
+    u = rng.random((DRAWS, 4))
+    which, direction, _ = scene.draw_lights(np.zeros((DRAWS, 3)), np.zeros((DRAWS, 3)), u)
+    assert (which[:, 0] == 2).all()
+    chord2 = ((direction - axis) ** 2).sum(axis=1)  # 2 (1 - cosine)
+    share = chord2 / (4 * np.sin(angle / 4) ** 2)
+    x = np.cross(axis, (1, 0, 0))
+    x /= np.linalg.norm(x)
+    turn = np.arctan2(direction @ np.cross(axis, x), direction @ x) / (2 * np.pi) % 1
+    assert share.max() < 1 + 1e-9
+    assert abs(uniform_z(share, turn, counts=(16, 16))) < 4
+
+
+def subpath_scene():
+    """A ball that shines all around, a square that shines to one side, and a lamp without size."""
+    scene = new_scene()
+    add(scene, meshes.sphere(0.5, segments=8, rings=4), emission((1, 1, 1)), at=placed(2, 0, 0))
+    tilted = np.array([[0.6, 0, 0.8, 0], [0, 2, 0, 0], [-0.8, 0, 0.6, 1], [0, 0, 0, 1.0]])
+    add(scene, quad(), emission((3, 3, 3)), at=tilted, one_sided=1)
+    add_lamps(scene, (-1, 0, 0), intensity=2.0)
+    scene.commit()
+    return scene, tilted
+
+
+def test_starts_of_light_subpaths():
+    """Triangles and the lamp by their chances, which sum up to 1 and go like the flux of triangles; places on the square
+    even over its area; directions by the cosine to its normal, on its front alone; of the lamp in all directions alike."""
+    scene, tilted = subpath_scene()
+    u = np.random.default_rng(4).random((DRAWS, 5))
+    which, place, direction, probability = scene.draw_light_starts(u)
+    rows, first, number = np.unique(which, axis=0, return_index=True, return_inverse=True)
+    chance = probability[first, 0]
+    assert chance.sum() == pytest.approx(1)
+    assert abs(chi_square_z(np.bincount(number.ravel()), DRAWS * chance)) < 4
+    square = (which[:, 0] == 0) & (which[:, 1] == 1)
+    share = chance[(rows[:, 0] == 0) & (rows[:, 1] == 1)].sum()
+    ball = chance[(rows[:, 0] == 0) & (rows[:, 1] == 0)].sum()
+    vertices, triangles = meshes.sphere(0.5, segments=8, rings=4)
+    a, b, c = (vertices[triangles[:, k]].astype(float) for k in range(3))
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
+    assert share / ball == pytest.approx(3 * 8 / (2 * area), rel=1e-3)  # 2 x 4 square on one side; the ball on both
+    x, y = ((place[square] - tilted[:3, 3]) @ tilted[:3, k] / (tilted[:3, k] @ tilted[:3, k]) for k in (0, 1))
+    assert abs(uniform_z(x / 2 + 0.5, y / 2 + 0.5, counts=(16, 16))) < 4
+    normal, along = tilted[:3, 2], tilted[:3, 0]
+    cosine = direction[square] @ normal
+    across = direction[square] @ along, direction[square] @ np.cross(normal, along)
+    assert cosine.min() > 0 and probability[square, 1] == pytest.approx(cosine / np.pi, abs=1e-9)
+    assert abs(uniform_z(cosine**2, np.arctan2(*across) / (2 * np.pi) + 0.5, counts=(16, 16))) < 4
+    lamp = which[:, 0] == 1
+    around = np.arctan2(direction[lamp, 1], direction[lamp, 0]) / (2 * np.pi) + 0.5
+    assert probability[lamp, 1] == pytest.approx(1 / (4 * np.pi))
+    assert abs(uniform_z(direction[lamp, 2] / 2 + 0.5, around, counts=(16, 16))) < 4
+
+
+def test_scenes_without_starts_are_errors():
+    scene = new_scene((1, 1, 1))
+    scene.commit()
+    with pytest.raises(ValueError, match="no light starts anywhere"):
+        scene.draw_light_starts(np.zeros((1, 5)))
