@@ -4,6 +4,7 @@ import meshes
 import numpy as np
 import pytest
 from bentlight_native import Spacetime, lapse
+from bentlight_native.geometry import CAPTURED
 from scenes import add, diffuse, emission, look_at, new_scene, perspective, quad, render
 from test_render_light import z_score
 
@@ -144,26 +145,29 @@ def test_wormhole_joins_two_mouths():
     add(scene, meshes.sphere(8.0), diffuse(GRAY), emission(GRAY))
     perspective(scene, look_at((-3, -4, 0), (-3, 0, 0)), half=0.6)
     scene.commit()
-    channels, statistics = render(
-        scene, 24, 24, 4, max_bounces=60, diffuse_bounces=60, roulette_start=60, light_sampling="SCATTERING"
-    )
+    settings = {"light_sampling": "SCATTERING", "portal_sampling": False}  # without weights other than 1
+    channels, statistics = render(scene, 24, 24, 4, max_bounces=60, diffuse_bounces=60, roulette_start=60, **settings)
     assert (channels["combined"] == 1).all() and statistics.unresolved == 0
 
 
 def test_two_holes_by_two_spheres():
-    """Two holes with spheres of influence: seen from far above each shadow has the size it has alone."""
-    mass, distance, size = 0.2, 10.0, 96
+    """Two holes with spheres of influence: seen from far above each shadow has the size it has alone, but for the thin
+    image of the other hole at its rim, whose rays cross three borders, not one. A lattice counts a disk of radius r to
+    about r^(2/3) points, here a twentieth of its spacing in r."""
+    mass, distance, size = 0.2, 10.0, 480
     scene = new_scene((1, 1, 1))
     hole = Spacetime.schwarzschild(mass)
     scene.set_spacetime_objects([(hole, placed(-3, 0, 0), 2.9, -1), (hole, placed(3, 0, 0), 2.9, -1)])
     scene.set_camera("ORTHOGRAPHIC", look_at((0, 0, distance), (0, 0, 0), up=(0, 1, 0)), (-6, 6, -6, 6))
     scene.commit()
-    channels, _ = render(scene, size, size, 16, filter="BOX")
-    dark = 1 - channels["combined"][..., 0]
+    line = (np.arange(size) + 0.5) / size
+    rays = scene.camera_rays(np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2))
+    hits = scene.intersect(rays.origins, rays.directions)
+    dark = ((hits["fate"] == CAPTURED) & (hits["borders"] == 1)).reshape(size, size)
     for half in (dark[:, : size // 2], dark[:, size // 2 :]):
         radius = np.sqrt(half.sum() / np.pi) * 12 / size
         # The ray meets the sphere at chart radius 2.9 with the flat impact parameter x: sin = x / 2.9 there.
-        assert radius == pytest.approx(2.9 * shadow_sine(areal_radius(2.9, mass), mass), abs=0.02 * 12 / size)
+        assert radius == pytest.approx(2.9 * shadow_sine(areal_radius(2.9, mass), mass), abs=0.06 * 12 / size)
 
 
 def test_camera_inside_a_horizon_is_an_error():
