@@ -112,8 +112,8 @@ def test_joints_traced_again(kind):
     rng = np.random.default_rng(3)
     row = rng.permutation(np.unique(row))[:2500]
     column = rng.integers(0, joints["count"][row])  # one target a pair
-    launch, arrival, swept, first_lens, borders = (
-        joints[key][row, column] for key in ("launch", "arrival", "swept", "first_lens", "borders")
+    launch, arrival, swept, first_lens, borders, length = (
+        joints[key][row, column] for key in ("launch", "arrival", "swept", "first_lens", "borders", "length")
     )
     scene = targets(objects_scene(), b[row], -arrival, 2e-4)
     hits = scene.intersect(a[row], launch, 1e-7, angular_tolerance=1e-9)
@@ -122,6 +122,8 @@ def test_joints_traced_again(kind):
     assert np.abs(hits["swept"] - swept)[met].max() < 1e-5
     assert np.linalg.norm(hits["position"] - b[row], axis=1)[met].max() < 1e-6
     assert angle_between(hits["direction"], arrival)[met].max() < 1e-5
+    off = np.abs(hits["length"] / length - 1)[met]
+    assert np.quantile(off, 0.99) < 1e-5 and off.max() < 1e-3, np.quantile(off, [0.5, 0.9, 0.99, 0.999, 1])
     at_rim = (np.abs(np.linalg.norm(b[row, None] - CENTERS, axis=2) - RADII) < 1e-3).any(axis=1)
     np.testing.assert_array_equal(hits["first_lens"][met & ~at_rim], first_lens[met & ~at_rim])
     np.testing.assert_array_equal(hits["borders"][met & ~at_rim], borders[met & ~at_rim])

@@ -309,8 +309,8 @@ class RenderMethods:
         points, ends: (n, 3) world positions; with sky, ends are unit asymptotic directions, of the skies beyond
         wormholes without exit with far. Returns "count" (n,) and, for each pair in places 0 .. count - 1 of 16, the
         others NaN or -1: "launch", "arrival" (n, 16, 3) local directions of travel, "spread" (n, 16) local area at the
-        end (solid angle of sky) per solid angle of launch, "swept" (n, 8), and "first_lens", "borders" as
-        ``intersect`` has them.
+        end (solid angle of sky) per solid angle of launch, "swept" (n, 8), and "first_lens", "borders",
+        "length" as ``intersect`` has them.
         """
         points, ends = (np.ascontiguousarray(a, dtype=np.float64) for a in (points, ends))
         shape = len(points), 16
@@ -318,6 +318,7 @@ class RenderMethods:
         out |= {name: np.full((*shape, 3), np.nan) for name in ("launch", "arrival")}
         out |= {name: np.full(shape, np.nan) for name in ("spread", "swept")}
         out |= {"first_lens": np.full(shape, -1, np.int32), "borders": np.zeros(shape, np.uint32)}
+        out["length"] = np.full(shape, np.nan)
         self._join(points, ends, sky, far, *out.values())
         return out
 

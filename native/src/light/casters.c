@@ -26,7 +26,7 @@ static double narrow_share(const bent_scene *scene, int index, int triangle, clo
   v3_to(hit.position, middle);
   v3_to(hit.direction, v3_scale(normal, -1));
   surface surface;
-  surface_at(scene, &hit, v3_add(middle, normal), &surface);
+  surface_at(scene, &hit, 1, &surface);
   surface.point.ray = RAY_SCATTERED;
   closure_set set = {.closures = room};
   shading_evaluate(scene->shading, surface.material, &surface.point, &set);

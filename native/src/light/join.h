@@ -65,6 +65,9 @@ typedef struct joint_trace {
  * if none is. */
 void join_traced(const geometry *g, size_t n, const vec3 *from, const vec3 *to, int sky, int far, const joint_trace *traces,
                  joint *out);
+/* The length of a joint between two places as it is drawn in the scene, world units; around a spinning hole that of the
+ * straight line, and elsewhere to about 1e-6, less for rays that are nearly critical. */
+double join_length(const geometry *g, vec3 from, vec3 to, const joint *j);
 /* The area, as a vector in world axes, that observers at rest see of a small flat piece of surface at `position`, whose
  * area vector in the scene is `area`. */
 vec3 join_local_area(const geometry *g, vec3 position, vec3 area);

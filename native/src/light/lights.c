@@ -73,9 +73,9 @@ static vec3 triangle_at(const vec3 corner[3], const double b[2])
   return v3_mad(corner[1], b[0], v3_mad(corner[2], b[1], v3_scale(corner[0], 1 - b[0] - b[1])));
 }
 
-/* Radiance that a place of a triangle sends back along the `direction` of a ray from `from`. */
-static vec3 radiance_at(const bent_scene *scene, int instance, int triangle, const double b[2], vec3 position, vec3 from,
-                        vec3 direction, const ray_history *ray)
+/* Radiance that a place of a triangle sends back along the `direction` of a ray. */
+static vec3 radiance_at(const bent_scene *scene, int instance, int triangle, const double b[2], vec3 position,
+                        double length, vec3 direction, const ray_history *ray)
 {
   bent_hit hit = {.instance = instance, .triangle = triangle, .barycentric = {b[0], b[1]}};
   v3_to(hit.position, position);
@@ -84,7 +84,7 @@ static vec3 radiance_at(const bent_scene *scene, int instance, int triangle, con
   const vec3 *even = shading_even_emission(scene->shading, geometry_material(scene->geometry, inst, triangle));
   if (even) return inst->one_sided && surface_is_backfacing(scene, &hit) ? v3(0, 0, 0) : *even;
   surface surface;
-  surface_at(scene, &hit, from, &surface);
+  surface_at(scene, &hit, length, &surface);
   if (surface.see_through) return v3(0, 0, 0);
   surface.point.ray = *ray;
   return shading_emission(scene->shading, surface.material, &surface.point);
@@ -105,8 +105,7 @@ static double beam_brightness(const bent_scene *scene, int instance, int triangl
     const vec3 own = v3(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
     const vec3 out = v3_normalize(mat4_vector(&scene->geometry->instances[instance].world_from_mesh, own));
     if (i == 13 || !(v3_dot(out, normal) > 0)) continue;
-    most = max2(most, brightness(radiance_at(scene, instance, triangle, PROBES[0], at, v3_mad(out, distance, at),
-                                             v3_scale(out, -1), &RAY_SCATTERED)));
+    most = max2(most, brightness(radiance_at(scene, instance, triangle, PROBES[0], at, distance, v3_scale(out, -1), &RAY_SCATTERED)));
   }
   return most;
 }
@@ -123,9 +122,8 @@ static int add_triangle(lights *l, const bent_scene *scene, int instance, int tr
   double front = 0, back = 0;
   for (int i = 0; i < 4; i++) {
     const vec3 at = triangle_at(corner, PROBES[i]);
-    const vec3 above = v3_mad(normal, distance, at), below = v3_mad(normal, -distance, at);
-    front += brightness(radiance_at(scene, instance, triangle, PROBES[i], at, above, v3_scale(normal, -1), any)) / 4;
-    back += brightness(radiance_at(scene, instance, triangle, PROBES[i], at, below, normal, any)) / 4;
+    front += brightness(radiance_at(scene, instance, triangle, PROBES[i], at, distance, v3_scale(normal, -1), any)) / 4;
+    back += brightness(radiance_at(scene, instance, triangle, PROBES[i], at, distance, normal, any)) / 4;
   }
   if (!(front + back > 0) || scene->geometry->instances[instance].visibility & BENT_IMMATERIAL) {
     const vec3 at = triangle_at(corner, PROBES[0]);
@@ -373,9 +371,9 @@ int lights_draw(const lights *l, const bent_scene *scene, vec3 point, vec3 norma
   return out->probability > 0;
 }
 
-vec3 lights_radiance(const bent_scene *scene, const light_sample *s, vec3 from, vec3 arrival, const ray_history *ray)
+vec3 lights_radiance(const bent_scene *scene, const light_sample *s, double length, vec3 arrival, const ray_history *ray)
 {
-  return radiance_at(scene, s->index, s->triangle, s->barycentric, s->target, from, arrival, ray);
+  return radiance_at(scene, s->index, s->triangle, s->barycentric, s->target, length, arrival, ray);
 }
 
 vec3 lights_triangle_area(const bent_scene *scene, int instance, int triangle, vec3 position)

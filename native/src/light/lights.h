@@ -33,9 +33,9 @@ int lights_any(const lights *lights);
 /* A light for `point`, drawn by u: two for the place on it, one for the choice; returns 0 if none can reach it. normal: as in light_tree_weight. */
 int lights_draw(const lights *lights, const bent_scene *scene, vec3 point, vec3 normal, const double u[4],
                 light_sample *out);
-/* Radiance that a drawn place of a triangle sends back along the direction in which a ray from `from`, of that history,
- * arrives there. */
-vec3 lights_radiance(const bent_scene *scene, const light_sample *triangle, vec3 from, vec3 arrival,
+/* Radiance that a drawn place of a triangle sends back along the direction in which a ray of that length and history arrives
+ * there. */
+vec3 lights_radiance(const bent_scene *scene, const light_sample *triangle, double length, vec3 arrival,
                      const ray_history *ray);
 /* The area vector of a triangle, as the observer at rest at `position` measures it. */
 vec3 lights_triangle_area(const bent_scene *scene, int instance, int triangle, vec3 position);

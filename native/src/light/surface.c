@@ -74,7 +74,7 @@ static void set_uv(shade_point *p, const float (*uv)[2], const double w[3], vec3
   p->tangent_sign = v3_dot(v3_cross(own_normal, p->tangent), v) < 0 ? -1 : 1;
 }
 
-void surface_at(const bent_scene *scene, const bent_hit *hit, vec3 from, surface *out)
+void surface_at(const bent_scene *scene, const bent_hit *hit, double length, surface *out)
 {
   const geometry *g = scene->geometry;
   const instance *inst = &g->instances[hit->instance];
@@ -89,7 +89,7 @@ void surface_at(const bent_scene *scene, const bent_hit *hit, vec3 from, surface
   shade_point *const p = &out->point;
   *p = (shade_point){.position = position, .wo = v3_scale(v3_from(hit->direction), -1),
                      .object_index = inst->object_index, .object_random = inst->random, .tangent_sign = 1,
-                     .ray_length = v3_length(v3_sub(from, position)),
+                     .ray_length = length,
                      .object_color = {inst->color[0], inst->color[1], inst->color[2], inst->color[3]},
                      .barycentric = {hit->barycentric[0], hit->barycentric[1]},
                      .world_from_object = &inst->world_from_mesh, .object_from_world = &inst->mesh_from_world,

@@ -11,8 +11,8 @@ typedef struct surface {
   int see_through; /* a one-sided surface seen from behind: not there */
 } surface;
 
-/* hit: of fate BENT_HIT, by a ray that was scattered (or started) at `from`. */
-void surface_at(const bent_scene *scene, const bent_hit *hit, vec3 from, surface *out);
+/* hit: of fate BENT_HIT; length: of the ray's way as it is drawn, since it was scattered or started. */
+void surface_at(const bent_scene *scene, const bent_hit *hit, double length, surface *out);
 /* Whether a hit, of which instance, triangle, position and direction are set, is on the back of its triangle. */
 int surface_is_backfacing(const bent_scene *scene, const bent_hit *hit);
 #endif

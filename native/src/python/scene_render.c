@@ -297,14 +297,15 @@ static void join_block(const bent_scene *scene, const buffer *b, size_t first, s
       ((double *)buffer_data(&b[6]))[at] = j->swept;
       ((int32_t *)buffer_data(&b[7]))[at] = j->first_lens;
       ((uint32_t *)buffer_data(&b[8]))[at] = j->borders;
+      ((double *)buffer_data(&b[9]))[at] = sky ? INFINITY : join_length(scene->geometry, from[i], to[i], j);
     }
   }
 }
 
-/* _join(points, ends, sky, far, count, launch, arrival, spread, swept, first_lens, borders) */
+/* _join(points, ends, sky, far, count, launch, arrival, spread, swept, first_lens, borders, length) */
 static PyObject *join(PyObject *self, PyObject *args)
 {
-  enum { ARRAYS = 9 };
+  enum { ARRAYS = 10 };
   static const struct {
     const char *name;
     char format;
@@ -312,11 +313,12 @@ static PyObject *join(PyObject *self, PyObject *args)
   } KINDS[ARRAYS] = {{"points", 'd', 2, BUFFER_FINITE}, {"ends", 'd', 2, BUFFER_FINITE}, {"count", 'i', 1, BUFFER_WRITE},
                      {"launch", 'd', 3, BUFFER_WRITE}, {"arrival", 'd', 3, BUFFER_WRITE},
                      {"spread", 'd', 2, BUFFER_WRITE}, {"swept", 'd', 2, BUFFER_WRITE},
-                     {"first_lens", 'i', 2, BUFFER_WRITE}, {"borders", 'I', 2, BUFFER_WRITE}};
+                     {"first_lens", 'i', 2, BUFFER_WRITE}, {"borders", 'I', 2, BUFFER_WRITE},
+                     {"length", 'd', 2, BUFFER_WRITE}};
   PyObject *in[ARRAYS];
   int sky, far, bad = 0;
-  if (!PyArg_ParseTuple(args, "OOppOOOOOOO:join", &in[0], &in[1], &sky, &far, &in[2], &in[3], &in[4], &in[5], &in[6],
-                        &in[7], &in[8]))
+  if (!PyArg_ParseTuple(args, "OOppOOOOOOOO:join", &in[0], &in[1], &sky, &far, &in[2], &in[3], &in[4], &in[5], &in[6],
+                        &in[7], &in[8], &in[9]))
     return NULL;
   const bent_scene *scene = scene_value(self);
   if (!scene) return NULL;

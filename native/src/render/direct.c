@@ -178,16 +178,25 @@ static beam beam_of(const bent_scene *scene, const light_sample *s, const joint 
   return b;
 }
 
+/* The length of a connection with a triangle or lamp, if that shines by it. */
+static double length_if_asked(const bent_scene *scene, const light_sample *s, const joint *j, vec3 from)
+{
+  const geometry *g = scene->geometry;
+  const int material = s->kind == LIGHT_LAMP ? scene->lamps->list[s->index].material
+                                             : geometry_material(g, &g->instances[s->index], s->triangle);
+  return shading_asks_length(scene->shading, material) ? join_length(g, from, s->target, j) : 0;
+}
+
 /* What a light sends along a connection to a vertex at `from`, for a ray of that history: radiance; of a point: radiance
  * times solid angle. */
 static vec3 light_along(const bent_scene *scene, const light_sample *s, const joint *j, vec3 from, const ray_history *ray)
 {
   switch (s->kind) {
-    case LIGHT_TRIANGLE: return lights_radiance(scene, s, from, j->arrival, ray);
-    case LIGHT_LAMP: {
-      const lamp *lamp = &scene->lamps->list[s->index];
-      return lamp_intensity(scene, lamp, v3_scale(j->arrival, -1), v3_length(v3_sub(lamp->position, from)), ray);
-    }
+    case LIGHT_TRIANGLE:
+      return lights_radiance(scene, s, length_if_asked(scene, s, j, from), j->arrival, ray);
+    case LIGHT_LAMP:
+      return lamp_intensity(scene, &scene->lamps->list[s->index], v3_scale(j->arrival, -1),
+                            length_if_asked(scene, s, j, from), ray);
     case LIGHT_SUN: return sun_radiance(scene, &scene->suns->list[s->index], s->target, ray);
     case LIGHT_SKY: return shading_sky(scene->shading, s->target, ray);
   }
@@ -351,7 +360,7 @@ static int arrives(const shadow *s, const bent_hit *hit)
 static vec3 transmitted(const tracer *t, const path_block *block, const bent_hit *hit, const shadow *s)
 {
   surface surface;
-  surface_at(t->scene, hit, s->from, &surface);
+  surface_at(t->scene, hit, s->length + hit->length, &surface);
   surface.point.ray = s->ray;
   if (surface.see_through || t->scene->geometry->instances[hit->instance].visibility & BENT_IMMATERIAL) return v3_splat(1);
   vec3 sum = v3(0, 0, 0);
@@ -390,6 +399,7 @@ static int shadow_step(const tracer *t, path_block *block, shadow *s, bent_ray *
     s->ray.transparent++;
   }
   if (!(v3_max(s->light) > 0)) return 0;
+  s->length += hit->length;
   s->swept -= hit->swept;
   s->borders -= hit->borders;
   ray->length_max -= hit->length;

@@ -18,6 +18,7 @@ struct light_walk {
   light_sample start;
   double chance; /* of the lamp */
   joint_trace trace; /* since the last scattering */
+  double length;     /* since then */
   vec3 from;
   ray_history history; /* as in light_vertex */
   sampler_pixel pixel;
@@ -180,8 +181,9 @@ static void join_camera(const tracer *t, path_block *block, size_t first, const 
       camera_ray camera;
       double image[2];
       const vec3 light = light_to_camera(t, paths, v, j, u[i][1], image, &camera);
-      const double length = joint_is_straight(j) ? sqrt(j->spread) : v3_length(v3_sub(to[i], t->eye));
-      if (!(v3_max(light) > 0) || length < camera.length_min || length > camera.length_max) continue;
+      if (!(v3_max(light) > 0)) continue;
+      const double length = join_length(t->scene->geometry, t->eye, to[i], j);
+      if (length < camera.length_min || length > camera.length_max) continue;
       const shadow s = {.path = -1, .image = {image[0], image[1]}, .kind = LIGHT_TRIANGLE, .target = to[i],
                         .instance = v->hit.instance, .triangle = v->hit.triangle, .swept = j->swept,
                         .borders = j->borders, .straight = joint_is_straight(j), .light = light, .blockers = UINT64_MAX,
@@ -213,8 +215,8 @@ static void start(const tracer *t, const pixel_sample *wanted, int index, light_
   path_set_ray(t, ray, w->from, direction, &lamp);
 }
 
-/* What the lamp sends towards the first vertex becomes the subpath's flux, and the chain begins. Returns 0 if nothing. */
-static int shine(const tracer *t, light_walk *w, vec3 first)
+/* What the lamp sends towards the first vertex, so far away, becomes the subpath's flux, and the chain begins. Returns 0 if nothing. */
+static int shine(const tracer *t, light_walk *w, double length)
 {
   const vec3 out = w->trace.launch;
   const double pdf = lights_direction_pdf(t->scene->lights, &w->start, out);
@@ -222,11 +224,11 @@ static int shine(const tracer *t, light_walk *w, vec3 first)
   vec3 light;
   if (w->start.kind == LIGHT_LAMP) {
     const lamp *lamp = &t->scene->lamps->list[w->start.index];
-    light = lamp_intensity(t->scene, lamp, out, v3_length(v3_sub(lamp->position, first)), &RAY_SCATTERED);
+    light = lamp_intensity(t->scene, lamp, out, length, &RAY_SCATTERED);
   } else {
     area = v3_length(w->start.area);
     cosine = fabs(v3_dot(w->start.area, out)) / area;
-    light = lights_radiance(t->scene, &w->start, first, v3_scale(out, -1), &RAY_SCATTERED);
+    light = lights_radiance(t->scene, &w->start, length, v3_scale(out, -1), &RAY_SCATTERED);
   }
   const double density = w->chance / area; /* of the place */
   const vec3 flux = v3_scale(light, cosine / (density * pdf));
@@ -240,6 +242,7 @@ static int shine(const tracer *t, light_walk *w, vec3 first)
 /* Lets the subpath go straight on behind a surface. */
 static void pass_through(const tracer *t, light_walk *w, bent_ray *ray, const bent_hit *hit)
 {
+  w->length += hit->length;
   w->trace.swept += hit->swept;
   w->trace.borders += hit->borders;
   if (w->trace.first_lens < 0) w->trace.first_lens = hit->first_lens;
@@ -313,7 +316,7 @@ static int arrive(const tracer *t, light_walk *w, const bent_hit *hit, double sp
   const vec3 position = v3_from(hit->position);
   const double frequency = frequency_at(t->scene->geometry, position);
   const int first = w->scatterings == 0;
-  if (first && !shine(t, w, position)) return 0;
+  if (first && !shine(t, w, w->length + hit->length)) return 0;
   w->flux = v3_scale(w->flux, chain_squared(w->chain.frequency / frequency));
   w->chain = chain_arrive(&w->chain, frequency, cosine, first ? spread / w->chance : spread);
   return 1;
@@ -324,6 +327,7 @@ static int go_on(const tracer *t, light_walk *w, bent_ray *ray, const bent_hit *
 {
   w->from = v3_from(hit->position);
   w->trace = (joint_trace){direction, 0, -1, 0};
+  w->length = 0;
   path_set_ray(t, ray, w->from, direction, hit);
   return 1;
 }

@@ -197,6 +197,7 @@ static void pass_through(const tracer *t, path *p, bent_ray *ray, const bent_hit
   p->travelled += hit->length;
   p->scattered.swept += hit->swept;
   p->scattered.borders += hit->borders;
+  p->scattered.length += hit->length;
   if (p->scattered.first_lens < 0) p->scattered.first_lens = hit->first_lens;
   ray->length_min = fmax(ray->length_min - hit->length, 0);
   ray->length_max -= hit->length;
@@ -290,7 +291,7 @@ static int walk_below(const tracer *t, batch *b, path *p, const room *room, bent
 {
   if (!subsurface_walk(t, p, drawn->entered, point->normal, hit, drawn->wi, &p->beta, room->exit)) return 0;
   surface surface;
-  surface_at(t->scene, room->exit, point->position, &surface);
+  surface_at(t->scene, room->exit, v3_length(v3_sub(point->position, v3_from(room->exit->position))), &surface);
   if (!path_can_leave(t, surface.point.position)) return 0;
   surface.point.ray = p->ray;
   surface.point.footprint = point->footprint;
@@ -331,7 +332,7 @@ static int scatter(const tracer *t, batch *b, path *p, const room *room, bent_ra
     bidirectional_leave(t, &p->chain, hit, point, &drawn, b->closures);
   }
   p->scattered = (scattering){point->position, direct_normal(point, set), drawn.wi, drawn.pdf,
-                              join_chance, t->scene->geometry->instances[hit->instance].receiver_set, 0, -1, 0};
+                              join_chance, t->scene->geometry->instances[hit->instance].receiver_set, 0, -1, 0, 0};
   ray->length_min = 0, ray->length_max = INFINITY;
   ray->visibility = (uint32_t)drawn.lobe;
   path_set_ray(t, ray, point->position, drawn.wi, hit);
@@ -387,7 +388,7 @@ static int shade_surface(const tracer *t, batch *b, path *p, const reach *reach,
                          const bent_hit *hit, sample_record *record)
 {
   surface surface;
-  surface_at(t->scene, hit, p->scattered.position, &surface);
+  surface_at(t->scene, hit, p->scattered.length + hit->length, &surface);
   surface.point.ray = p->ray;
   if (p->ray.kinds & RAY_DIFFUSE && !t->bidirectional) { /* paths to caustics: a diffuse surface sees a light in a mirror or through glass */
     surface.point.no_reflection = !t->settings->caustics_reflective;

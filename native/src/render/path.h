@@ -39,6 +39,7 @@ typedef struct scattering {
   double swept;
   int first_lens;
   uint32_t borders;
+  double length;
 } scattering;
 
 /* A path in the making. */
@@ -76,6 +77,7 @@ typedef struct shadow {
   vec3 light;
   uint64_t blockers;    /* sets of instances that hold the light up */
   vec3 from;            /* the vertex */
+  double length;        /* since then */
   ray_history ray;
 } shadow;
 

@@ -10,7 +10,7 @@ void view_at(const tracer *t, const bent_hit *hit, vec3 wo, closure *closures, v
   bent_hit looked_at = *hit;
   v3_to(looked_at.direction, v3_scale(wo, -1));
   surface surface;
-  surface_at(t->scene, &looked_at, v3_from(hit->position), &surface);
+  surface_at(t->scene, &looked_at, 0, &surface);
   surface.point.footprint = path_footprint(t, surface.point.position);
   *out = (view){.point = surface.point, .set = {.closures = closures}, .see_through = surface.see_through};
   shading_evaluate(t->scene->shading, surface.material, &out->point, &out->set);

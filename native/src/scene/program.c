@@ -146,10 +146,17 @@ static int lobes_of(const row *r)
   return r->kind == SCATTERS || r->kind == SEE_THROUGH;
 }
 
+/* Whether an instruction tells the length of the ray. */
+static int asks_length(const int32_t *code)
+{
+  const row *r = &rows[code[0]];
+  if (r->run == op_coordinate) return code[2] == COORDINATE_RAY_LENGTH;
+  return r->run == op_sphere_lamp || r->run == op_spot_cone || r->run == op_light_falloff;
+}
+
 /* What the host asks about a material as a whole. A lobe with a constant weight of 0 does not count. */
 static void classify(program *p)
 {
-  int asks_length = 0;
   for (size_t at = 0; at < p->code_length; at += instruction_length(&rows[p->code[at]])) {
     const int32_t *code = p->code + at;
     const row_kind kind = rows[code[0]].kind;
@@ -160,7 +167,7 @@ static void classify(program *p)
     if (rows[code[0]].run == op_light_path && code[2] >= PATH_IS_DIFFUSE) p->asks_scattering = 1;
     p->lobe_count += lobes_of(&rows[code[0]]);
     if (rows[code[0]].run == op_light_path) p->asks_history = 1;
-    if (rows[code[0]].run == op_coordinate && code[2] == COORDINATE_RAY_LENGTH) asks_length = 1;
+    if (asks_length(code)) p->asks_length = 1;
     if (kind == SEE_THROUGH && !IS_ZERO(0) && !IS_ZERO(1)) p->may_be_transparent = 1;
     if (kind == EMITS && !IS_ZERO(0) && !IS_ZERO(1) && !IS_ZERO(2)) p->may_emit = 1;
     if (kind == PRINCIPLED && !IS_ZERO(0)) {
@@ -169,7 +176,7 @@ static void classify(program *p)
     }
 #undef IS_ZERO
   }
-  if (asks_length && p->lobe_count) p->asks_history = 1;
+  if (p->asks_length && p->lobe_count) p->asks_history = 1;
 }
 
 /* Whether nothing depends on the place but how it scatters; then what it emits is known beforehand. */

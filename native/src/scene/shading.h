@@ -47,7 +47,7 @@ typedef struct shade_point {
   vec3 tangent;          /* dP/du, made orthogonal to normal; zero if there is no UV map */
   double tangent_sign;   /* +1 or -1: bitangent = sign * cross(normal, tangent), normal as on the triangle's own side */
   double uv[2];
-  double ray_length;     /* in the scene, straight to where light was scattered before, or to the camera; of the sky: SKY_LENGTH */
+  double ray_length;     /* of the way to where light was scattered before, or to the camera, as it is drawn; of the sky: SKY_LENGTH */
   double barycentric[2];  /* weights of the second and third corner of the triangle */
   float object_index;
   float object_color[4];  /* RGB and alpha */
@@ -78,6 +78,8 @@ int shading_may_be_transparent(const shading *shading, int material);
 int shading_may_emit(const shading *shading, int material);
 /* Nonzero if a material, or the sky, or any of them all asks by what kind of scattering a ray came. */
 int shading_asks_scattering(const shading *shading, int material);
+/* Nonzero if what a material emits depends on the length of the ray. */
+int shading_asks_length(const shading *shading, int material);
 int shading_sky_asks_scattering(const shading *shading);
 int shading_any_asks_scattering(const shading *shading);
 /* Nonzero if a material of a surface or lamp asks for the ray's history, or scatters by its length. */
