@@ -58,7 +58,7 @@ def test_found_or_joined_lights_look_from_the_same_distance(build, spacetime):
     scene = build(spacetime)
     scene.commit()
     means = {}
-    for sampling, samples in [("SCATTERING", 192), ("CONNECTIONS", 32), ("BOTH", 32)]:
+    for sampling, samples in [("SCATTERING", 256), ("CONNECTIONS", 64), ("BOTH", 64)]:
         settings = {"light_sampling": sampling, "max_bounces": 1, "roulette_start": 9, "names": ("combined",)}
         runs = [render(scene, 8, 8, samples, seed=s, **settings)[0]["combined"][..., 0].mean() for s in range(20)]
         means[sampling] = np.mean(runs, dtype=float), np.var(runs, ddof=1) / len(runs)
