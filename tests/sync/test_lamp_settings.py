@@ -3,6 +3,7 @@
 import bpy
 import numpy as np
 import pytest
+from texture_cases import ies_text
 
 from blender_addon import final
 from tests.engine import cycles_pictures, stage
@@ -109,6 +110,18 @@ def test_geometry_of_a_lamp(output, tmp_path):
     agree(tmp_path)
 
 
+def test_a_measured_luminaire(tmp_path):
+    """In the axes of the lamp, which is turned."""
+    wall()
+    tree = Tree(stand())
+    luminaire = tree.new("TexIES")
+    luminaire.mode, luminaire.ies = "INTERNAL", bpy.data.texts.new("measured")
+    luminaire.ies.from_string(ies_text((0, 60, 120, 180), range(0, 181, 12)))
+    tree.link(luminaire.outputs["Fac"], tree.emission.inputs["Strength"])
+    ours = agree(tmp_path)
+    assert ours.max() > 1.5 * np.median(ours)
+
+
 @pytest.mark.parametrize("output", ["Quadratic", "Linear", "Constant"])
 @pytest.mark.parametrize("kind", ["POINT", "SUN"])
 def test_light_falloff(kind, output, tmp_path):
@@ -153,10 +166,10 @@ def test_lamps_with_a_radius_look_as_in_cycles(kind, soft, tmp_path):
 def test_an_unknown_node_is_named_once(capfd, tmp_path):
     wall()
     tree = Tree(stand())
-    tree.link(tree.new("TexIES").outputs["Fac"], tree.emission.inputs["Strength"])
+    tree.link(tree.new("Wireframe").outputs["Fac"], tree.emission.inputs["Strength"])
     stage.render(tmp_path)
     said = [line for line in "".join(capfd.readouterr()).splitlines() if "not supported" in line]
-    assert len(said) == 1 and "Light 'Point'" in said[0] and "IES" in said[0]
+    assert len(said) == 1 and "Light 'Point'" in said[0] and "Wireframe" in said[0]
 
 
 SUN_COORDINATES = [("TexCoord", "UV"), ("TexCoord", "Object"), ("TexCoord", "Generated"), ("TexCoord", "Normal")]

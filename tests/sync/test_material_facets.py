@@ -1,8 +1,8 @@
 """The distributions of microfacets besides GGX, against Cycles.
 
-Cycles' sampling of Ashikhmin and Shirley's lobe turns facets that are seen from behind, which its formula does not have,
-to the front, but then mirrors rays at them with the wrong sign: some light is added where rough surfaces are seen at
-grazing angles. It is told apart here.
+Cycles' sampling of Ashikhmin and Shirley's lobe turns facets that are seen from behind, which its formula does not
+have, to the front, but then mirrors rays at them with the wrong sign: some light is added where rough surfaces are seen
+at grazing angles. It is told apart here.
 """
 
 import numpy as np

@@ -3,6 +3,7 @@
 import itertools
 
 import bpy
+import numpy as np
 from value_cases import CASES, case, color, new, parts, uv
 
 
@@ -81,6 +82,49 @@ def _add_white_noise(dimensions):
 
 for dimensions in DIMENSIONS:
     _add_white_noise(dimensions)
+
+
+def _add_gabor(kind, output, anisotropy):
+    def build(tree):
+        values = {"Vector": color(tree), "Scale": 3.1, "Frequency": 1.7, "Anisotropy": anisotropy}
+        values |= {"Orientation 2D": parts(tree)[0], "Orientation 3D": (0.3, -0.8, 0.4)}
+        return numbered(new(tree, "TexGabor", gabor_type=kind), values).outputs[output]
+
+    CASES[f"gabor_{kind}_{output}_{anisotropy}"] = build
+
+
+for kind, output, anisotropy in itertools.product(choices("TexGabor", "gabor_type"), range(3), (1.0, 0.4)):
+    _add_gabor(kind, output, anisotropy)
+
+# Horizontal angles; whatever the file gives of the circle, it is mirrored to the whole.
+LUMINAIRES = {"symmetric": (0,), "quadrant": (0, 30, 90), "half": (0, 90, 120, 180), "open": (0, 90, 180, 270)}
+LUMINAIRES |= {"turned": (90, 180, 270)}
+VERTICALS = (0, 20, 45, 90, 100, 180)
+
+
+def ies_text(horizontals, verticals=VERTICALS):
+    """A file of type C whose values are all different."""
+    rows = [[round(300 + 200 * np.sin(7 * h + 3 * v), 1) for v in verticals] for h in horizontals]
+    numbers = [1, -1, 2.5, len(verticals), len(horizontals), 1, 2, 0, 0, 0, 0.9, 1.1, 60, *verticals, *horizontals]
+    return "IESNA:LM-63-2002\n[TEST] a\nTILT=NONE\n" + " ".join(map(str, [*numbers, *itertools.chain(*rows)]))
+
+
+def _add_ies(name, horizontals, verticals=VERTICALS):
+    def build(tree):
+        text = bpy.data.texts.new(name)
+        text.from_string(ies_text(horizontals, verticals))
+        vector = new(tree, "VectorMath", {0: color(tree), 1: (0.5, 0.4, 0.6)}, operation="SUBTRACT").outputs[0]
+        node = new(tree, "TexIES", {"Vector": vector, "Strength": 0.02}, mode="INTERNAL")
+        node.ies = text
+        return node.outputs[0]
+
+    CASES[f"ies_{name}"] = build
+
+
+for name, horizontals in LUMINAIRES.items():
+    _add_ies(name, horizontals)
+_add_ies("uneven", (0, 90, 360))
+_add_ies("downwards", (0, 360), (0, 30, 60, 90))
 
 
 def _add_voronoi(name, output, inputs=(), **settings):

@@ -85,8 +85,11 @@ def _light_falloff(node: NodeView) -> Outputs:
 
 @value_node("ShaderNodeAmbientOcclusion")
 def _ambient_occlusion(node: NodeView) -> Outputs:
-    node.warn("'Ambient Occlusion' is not supported; nothing counts as occluded")
-    return {"Color": node.input("Color"), "AO": node.constant(1.0)}
+    settings = node.node
+    switches = ("ON" if on else "OFF" for on in (settings.inside, settings.only_local))
+    operands = (node.normal(), node.input("Distance"))
+    is_open = node.emit("occlusion", *operands, immediates=(settings.samples, *switches))
+    return {"Color": node.emit("multiply", node.input("Color"), is_open), "AO": is_open}
 
 
 @value_node("ShaderNodeBevel")

@@ -31,6 +31,13 @@ def _white_noise(node: NodeView) -> Outputs:
     return {"Value": value, "Color": value + 1}
 
 
+@value_node("ShaderNodeTexGabor")
+def _gabor(node: NodeView) -> Outputs:
+    names = ("Scale", "Frequency", "Anisotropy", "Orientation 2D", "Orientation 3D")
+    value = node.emit("gabor", _vector(node), *map(node.input, names), immediates=(node.node.gabor_type,))
+    return {"Value": value, "Phase": value + 1, "Intensity": value + 2}
+
+
 @value_node("ShaderNodeTexVoronoi")
 def _voronoi(node: NodeView) -> Outputs:
     settings = node.node

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..ies import ies_table
 from ..images import Pixels, has_associated_alpha
 from ..sky import Atmosphere, sky_image, sun_radiance
 from .compiler import NodeView, Outputs, value_node
@@ -120,6 +121,23 @@ def _sky_texture(node: NodeView) -> Outputs:
     disk = node.emit("sun_disk", vector, sun, node.constant(settings.sun_size / 2))
     disk = node.emit("multiply", disk, node.constant(radiance))
     return {"Color": node.emit("blend", node.constant(1.0), sky, disk, immediates=("ADD",))}
+
+
+@value_node("ShaderNodeTexIES")
+def _ies(node: NodeView) -> Outputs:
+    """By the direction to the viewer if no vector is linked."""
+    strength = node.input("Strength")
+    try:
+        table = node.compiler.builder.table(ies_table(node.node))
+    except ValueError as error:
+        node.warn(f"{error}; it shines evenly, as in Cycles")
+        return {"Fac": node.emit("multiply", strength, node.constant(100.0))}
+
+    def incoming() -> int:
+        return node.emit("change_space", node.coordinate("INCOMING"), immediates=("VECTOR", "WORLD", "OBJECT"))
+
+    sent = node.emit("ies", node.input("Vector", incoming), immediates=table)
+    return {"Fac": node.emit("multiply", strength, sent)}
 
 
 @value_node("ShaderNodeBump")

@@ -94,7 +94,8 @@ void surface_at(const bent_scene *scene, const bent_hit *hit, double length, sur
                      .barycentric = {hit->barycentric[0], hit->barycentric[1]},
                      .world_from_object = &inst->world_from_mesh, .object_from_world = &inst->mesh_from_world,
                      .mesh_attributes = &m->attributes, .instance_attributes = &inst->attributes,
-                     .triangle = hit->triangle, .edges = {edge1, edge2}};
+                     .triangle = hit->triangle, .scene = scene, .instance = hit->instance,
+                   .edges = {edge1, edge2}};
   vec3 own = local_covector(&frame, mat4_transposed_vector(&inst->mesh_from_world, v3_cross(edge1, edge2)));
   if (!(v3_dot(own, own) > 0.5)) own = p->wo; /* a triangle without area is seen face on */
   vec3 smooth = own;

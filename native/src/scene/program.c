@@ -14,7 +14,8 @@ typedef struct row {
 
 /* Immediates that are plain numbers. */
 static const char *const image_index[] = {NULL}, *const table_start[] = {NULL}, *const table_count[] = {NULL},
-                         *const attribute_id[] = {NULL}, *const tile_count[] = {NULL};
+                         *const attribute_id[] = {NULL}, *const tile_count[] = {NULL},
+                         *const ray_count[] = {NULL};
 
 #define STRING(name) #name,
 #define NAMES(list) (const char *const[]){list(STRING) NULL}
@@ -61,7 +62,7 @@ static bent_status check_instruction(const bent_program *p, const int32_t *code,
     else if (names == table_start) limit = (int64_t)p->table_length;
     else if (names == table_count) limit = (int64_t)p->table_length - immediates[i - 1] + 1;
     else if (names == tile_count) limit = min_count(image_count - immediates[0], (int64_t)p->table_length - immediates[i - 1]) + 1;
-    else if (names == attribute_id) limit = INT32_MAX;
+    else if (names == attribute_id || names == ray_count) limit = INT32_MAX;
     else while (names[limit]) limit++;
     if (immediates[i] < (names == table_count || names == tile_count) || immediates[i] >= limit)
       return bent_fail(error, BENT_ERROR_ARGUMENT, "program: %s at %zu: immediate %d is %d, not within 0 to %lld", name, at,

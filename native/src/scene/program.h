@@ -96,6 +96,7 @@ void program_run(const program *program, program_context *context);
 #define FRACTAL_TYPES(X) X(MULTIFRACTAL) X(RIDGED_MULTIFRACTAL) X(HYBRID_MULTIFRACTAL) X(FBM) X(HETERO_TERRAIN)
 #define VORONOI_FEATURES(X) X(F1) X(F2) X(SMOOTH_F1) X(DISTANCE_TO_EDGE) X(N_SPHERE_RADIUS)
 #define VORONOI_METRICS(X) X(EUCLIDEAN) X(MANHATTAN) X(CHEBYCHEV) X(MINKOWSKI)
+#define GABOR_TYPES(X) X(2D) X(3D)
 #define GRADIENT_TYPES(X) X(LINEAR) X(QUADRATIC) X(EASING) X(DIAGONAL) X(SPHERICAL) X(QUADRATIC_SPHERE) X(RADIAL)
 #define WAVE_TYPES(X) X(BANDS) X(RINGS)
 #define WAVE_DIRECTIONS(N) N(X) N(Y) N(Z) N(DIAGONAL) N(SPHERICAL)
@@ -152,6 +153,11 @@ void program_run(const program *program, program_context *context);
   OP(voronoi, 4, 9, PURE, NAMES(DIMENSIONS), NAMES(VORONOI_FEATURES), NAMES(VORONOI_METRICS), NAMES(SWITCH),           \
      NAMES(SWITCH))                                                                                                    \
   OP(gradient, 1, 1, PURE, NAMES(GRADIENT_TYPES)) /* vector */                                                         \
+  /* vector, scale, frequency, anisotropy, angle, orientation -> value, phase, intensity */                             \
+  OP(gabor, 3, 6, PURE, NAMES(GABOR_TYPES))                                                                            \
+  OP(ies, 1, 1, PURE, table_start, table_count) /* vector */                                                           \
+  /* normal, distance -> the part that is open; inside, only this object */                                            \
+  OP(occlusion, 1, 2, PER_POINT, ray_count, NAMES(SWITCH), NAMES(SWITCH))                                              \
   OP(magic, 2, 3, PURE, NAMES(DEPTHS)) /* vector, scale, distortion -> color, factor */                                \
   /* vector, scale, distortion, detail, detail scale, detail roughness, phase */                                       \
   OP(wave, 1, 7, PURE, NAMES(WAVE_TYPES), NAMES(WAVE_DIRECTIONS), NAMES(WAVE_PROFILES))                                \

@@ -2,6 +2,7 @@
 #include <math.h>
 
 #include "scene/fresnel.h"
+#include "scene/gabor.h"
 #include "scene/noise.h"
 #include "scene/program.h"
 #include "scene/safe_math.h"
@@ -44,6 +45,19 @@ OPERATION(white_noise)
   noise_hash_color(point_of(immediates[0], in[0], in[1]), color);
   out[0] = v3_splat(color[0]);
   out[1] = color_of(color);
+}
+
+/* Vector, scale, frequency, anisotropy, angle, orientation. */
+OPERATION(gabor)
+{
+  const vec3 o = v3_normalize(*in[5]);
+  const gabor g = {.dimensions = immediates[0] + 2, .frequency = fmaxf((float)in[2]->x, 0.001f),
+                   .isotropy = 1 - within(in[3]->x, 0, 1), .angle = (float)in[4]->x,
+                   .orientation = {(float)o.x, (float)o.y, (float)o.z}};
+  const float scale = (float)in[1]->x;
+  float found[3];
+  gabor_noise(&g, (float[]){(float)in[0]->x * scale, (float)in[0]->y * scale, (float)in[0]->z * scale}, found);
+  for (int i = 0; i < 3; i++) out[i] = v3_splat(found[i]);
 }
 
 /* Vector, w, scale, detail, roughness, lacunarity, smoothness, exponent, randomness. */

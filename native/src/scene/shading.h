@@ -14,6 +14,7 @@
 #include "scene/closure.h"
 
 typedef struct shading shading;
+struct bent_scene;
 
 /* How far away the sky is for materials that ask. */
 #define SKY_LENGTH 1e30
@@ -56,6 +57,8 @@ typedef struct shade_point {
   const mat4 *world_from_object, *object_from_world; /* of the instance; NULL: identity */
   const attribute_list *mesh_attributes, *instance_attributes; /* NULL: none */
   int triangle;          /* of the mesh, for its attributes */
+  const struct bent_scene *scene; /* where it is, for materials that look around; NULL: nowhere */
+  int instance;
   vec3 edges[2];         /* of the triangle, from its first corner to the others, in the object's axes */
   const float (*corner_uvs)[2], *corner_generated[3]; /* of the triangle; NULL: none */
   double footprint;      /* about the size of a pixel here, world units; 0: not known */
