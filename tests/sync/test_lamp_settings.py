@@ -111,14 +111,19 @@ def test_geometry_of_a_lamp(output, tmp_path):
 
 
 def test_a_measured_luminaire(tmp_path):
-    """In the axes of the lamp, which is turned."""
+    """In the axes of the lamp, which is turned. Cycles 4.5 took what is beyond the first and last angles for dark, which
+    makes its curves between the outermost ones overshoot: there it is brighter."""
     wall()
     tree = Tree(stand())
     luminaire = tree.new("TexIES")
     luminaire.mode, luminaire.ies = "INTERNAL", bpy.data.texts.new("measured")
     luminaire.ies.from_string(ies_text((0, 60, 120, 180), range(0, 181, 12)))
     tree.link(luminaire.outputs["Fac"], tree.emission.inputs["Strength"])
-    ours = agree(tmp_path)
+    if bpy.app.version >= (5, 0, 0):
+        ours = agree(tmp_path)
+    else:
+        theirs, ours = cycles_pictures.point_pictures(tmp_path)
+        assert (ours < 1.005 * theirs).all() and np.isclose(ours, theirs, rtol=5e-3).mean() > 0.3
     assert ours.max() > 1.5 * np.median(ours)
 
 

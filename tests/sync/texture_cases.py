@@ -121,10 +121,11 @@ def _add_ies(name, horizontals, verticals=VERTICALS):
     CASES[f"ies_{name}"] = build
 
 
-for name, horizontals in LUMINAIRES.items():
-    _add_ies(name, horizontals)
-_add_ies("uneven", (0, 90, 360))
-_add_ies("downwards", (0, 360), (0, 30, 60, 90))
+if bpy.app.version >= (5, 0, 0):  # before, Cycles took what is beyond the first and last angles for dark
+    for name, horizontals in LUMINAIRES.items():
+        _add_ies(name, horizontals)
+    _add_ies("uneven", (0, 90, 360))
+    _add_ies("downwards", (0, 360), (0, 30, 60, 90))
 
 
 def _add_voronoi(name, output, inputs=(), **settings):

@@ -54,6 +54,7 @@ OPERATION(ies)
   if (!(v >= l.v[0] && v < l.v[l.vertical - 1] && h >= l.h[0] && h < l.h[l.horizontal - 1])) return;
   const int i = interval(l.v, l.vertical, v), j = interval(l.h, l.horizontal, h), last = l.horizontal - 1;
   const float x = (v - l.v[i]) / (l.v[i + 1] - l.v[i]), y = (h - l.h[j]) / (l.h[j + 1] - l.h[j]);
-  const float before = sent_at(&l, j > 0 ? j - 1 : last - 1, i, x), after = sent_at(&l, j + 2 <= last ? j + 2 : 1, i, x);
-  *out = v3_splat(fmaxf(spline(before, sent_at(&l, j, i, x), sent_at(&l, j + 1, i, x), after, y), 0));
+  const float here = sent_at(&l, j, i, x); /* which as in Cycles stands for what is missing at the seam of the circle */
+  const float before = j > 0 ? sent_at(&l, j - 1, i, x) : here, after = j + 2 <= last ? sent_at(&l, j + 2, i, x) : here;
+  *out = v3_splat(fmaxf(spline(before, here, sent_at(&l, j + 1, i, x), after, y), 0));
 }
