@@ -111,8 +111,8 @@ def test_geometry_of_a_lamp(output, tmp_path):
 
 
 def test_a_measured_luminaire(tmp_path):
-    """In the axes of the lamp, which is turned. Cycles 4.5 took what is beyond the first and last angles for dark, which
-    makes its curves between the outermost ones overshoot: there it is brighter."""
+    """In the axes of the lamp, which is turned. Cycles 4.5 took what is beyond the first and last angles for dark,
+    which makes its curves between the outermost ones overshoot: there it is brighter."""
     wall()
     tree = Tree(stand())
     luminaire = tree.new("TexIES")
