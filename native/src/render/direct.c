@@ -29,7 +29,16 @@ vec3 direct_normal(const shade_point *point, const closure_set *set)
   return point->geometric_normal;
 }
 
-/* The power heuristic of Veach & Guibas (1995) for a sample of pdf `own` that could also have come with pdf `other`. */
+/* The power heuristic of Veach & Guibas (1995) for a sample of pdf `own` that could also have come with pdf `other`.
+ *
+ * It also keeps light beside caustics from making fireflies. Where a lamp, a hole and a vertex are in line, a connection's
+ * spread goes to 0 like the distance rho of the place on the lamp from that line, and so does its pdf p: its light f / p,
+ * as connections alone would have it, goes like 1 / rho, whose square has no finite mean over an area. Weighed against
+ * scattering, of pdf q, it is (f / p) p^2 / (p^2 + q^2) <= f / 2q: at most half of what scattering could have brought, a
+ * surface's albedo times the lamp's radiance. Lamps and suns without size have q = 0: their light is that of a true point,
+ * infinite in line and, with a finite mean, of infinite variance around it. No unbiased estimate from such samples is
+ * bounded; a size, which real lamps have, or clamping bounds them (path_limited: each image by itself). Rings, on which
+ * the spread is 0, are left out. */
 static double heuristic(double own, double other)
 {
   const double ratio = other / own;
