@@ -115,7 +115,7 @@ def _kinds(scene: bentlight_native.Scene, size: tuple[int, int], samples: int) -
     return np.stack([multiple >= 8, (multiple == 1) & (share > 0.1) & (share < 0.9)])
 
 
-def measure(frames: int = 48, size: tuple[int, int] = (160, 90), samples: int = 64) -> list[Flicker]:
+def measure(frames: int = 48, size: tuple[int, int] = (96, 54), samples: int = 32) -> list[Flicker]:
     """The flicker without and with up to 8 samples for one."""
     scene = room()
     difference: dict[int, list[np.ndarray]] = {1: [], 8: []}

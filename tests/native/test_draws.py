@@ -39,8 +39,8 @@ FILTERS = {
 @pytest.mark.parametrize(("kind", "width"), [("BOX", 1.0), ("GAUSSIAN", 3.0), ("BLACKMAN_HARRIS", 2.2)])
 @pytest.mark.parametrize("pattern", ["BLUE_NOISE", "CLASSIC"])
 def test_places_in_the_pixel_filter(kind, width, pattern):
-    """Where the first camera rays of 96 x 96 pixels and two seeds meet a wall, in pixels, by the cumulative distribution
-    of the filter: even over the unit square. In the blue-noise pattern they are evener than that, but not less even."""
+    """Where the first camera rays of 96 x 96 pixels and two seeds meet a wall, in pixels, by the cumulative
+    distribution of the filter: even over the unit square. In the blue-noise pattern they are evener than that."""
     size = 96
     scene = new_scene()
     add(scene, quad(3, 3), emission((1, 1, 1)))
@@ -95,8 +95,8 @@ def subpath_scene():
 
 
 def test_starts_of_light_subpaths():
-    """Triangles and the lamp by their chances, which sum up to 1 and go like the flux of triangles; places on the square
-    even over its area; directions by the cosine to its normal, on its front alone; of the lamp all alike."""
+    """Triangles and the lamp by their chances, which sum up to 1 and go like the flux of triangles; places on the
+    square even over its area; directions by the cosine to its normal, on its front alone; of the lamp all alike."""
     scene, tilted = subpath_scene()
     u = np.random.default_rng(4).random((DRAWS, 5))
     which, place, direction, probability = scene.draw_light_starts(u)

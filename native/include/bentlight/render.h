@@ -183,8 +183,9 @@ typedef struct bent_render_statistics {
  * together, a pixel's color is `combined` + light * BENT_LIGHT_UNIT * width * height / N. Each pixel's sum must stay below
  * 2^31. What clamp limits is each contribution; the noise threshold looks at `combined` only.
  *
- * progress counts pixel samples, those of photon rings as one where another pixel takes one. On BENT_CANCELLED the channels hold what was finished: the channel sample_count says
- * how many samples each pixel has (0: all its channels are 0). */
+ * progress counts pixel samples, those of photon rings as one where another pixel takes one. On BENT_CANCELLED the
+ * channels hold what was finished: the channel sample_count says how many samples each pixel has (0: all its channels
+ * are 0). */
 bent_status bent_scene_render_tile(const bent_scene *scene, uint32_t x, uint32_t y, uint32_t width, uint32_t height,
                                    const bent_render_settings *settings, float *const channels[BENT_CHANNELS_MAX],
                                    int64_t (*light)[3], bent_render_statistics *statistics, bent_progress *progress,
