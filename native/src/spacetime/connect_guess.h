@@ -20,16 +20,17 @@ typedef enum guess_landings { LANDS_SURELY, LANDS_STEEP, LANDS_NOWHERE } guess_l
 
 /* One attempt, for pairs that those before have failed. */
 typedef struct guess_rule {
-  int exchanges; /* the inner end may be aimed at */
+  int exchanges; /* the inner end may be aimed at; 2: the outer one is */
   guess_landings landings;
   double dragging; /* to begin with, over that of a straight fall */
 } guess_rule;
 
-enum { GUESS_ATTEMPTS = 12, GUESS_ATTEMPTS_FAINT = 3 };
+enum { GUESS_ATTEMPTS = 14, GUESS_ATTEMPTS_FAINT = 3 };
 static const guess_rule GUESS_RULES[GUESS_ATTEMPTS] = {
     {1, LANDS_SURELY, 1},  {1, LANDS_STEEP, 1},   {1, LANDS_NOWHERE, 1}, {0, LANDS_NOWHERE, 1},
     {1, LANDS_STEEP, 0.3}, {1, LANDS_STEEP, 0.6}, {1, LANDS_STEEP, 0.8}, {1, LANDS_STEEP, 0.1},
-    {1, LANDS_STEEP, 1.3}, {0, LANDS_NOWHERE, 0.6}, {1, LANDS_NOWHERE, 0.6}, {0, LANDS_NOWHERE, 0.3}};
+    {1, LANDS_STEEP, 1.3}, {0, LANDS_NOWHERE, 0.6}, {1, LANDS_NOWHERE, 0.6}, {0, LANDS_NOWHERE, 0.3},
+    {2, LANDS_NOWHERE, 1}, {2, LANDS_NOWHERE, 0.6}};
 /* Precision of the orbit without spin. */
 #define GUESS_TOLERANCE 1e-4
 /* Dragging and swept angle agree, radians, at right angles; in line with the center they must much better. */
@@ -202,9 +203,10 @@ LANES_INLINE void guess_make(const guess_state *g, const flow_hole *hole, int or
 }
 
 /* The inner end is aimed at. What is in the sky becomes a far place. */
-LANES_INLINE void guess_exchange(const flow_hole *hole, aim_task *t)
+LANES_INLINE void guess_exchange(const flow_hole *hole, int outer, aim_task *t)
 {
-  const lanes_mask sky = (lanes_mask)t->sky, inner = (t->a.above < GUESS_INNER) & ((t->a.above < t->b.above) | sky);
+  const lanes_mask sky = (lanes_mask)t->sky, near = (t->a.above < GUESS_INNER) & ((t->a.above < t->b.above) | sky);
+  const lanes_mask inner = outer ? ~sky & (t->a.above >= t->b.above) : near;
   const lanes_mask moved = sky & inner;
   t->b.w = lanes_select(moved, lanes_all(GUESS_SKY), t->b.w);
   t->b.above = lanes_select(moved, 1 / GUESS_SKY - hole->outer, t->b.above);
@@ -217,7 +219,7 @@ LANES_INLINE void guess_exchange(const flow_hole *hole, aim_task *t)
 LANES_INLINE void guess_first(int order, const guess_rule *rule, aim_task *t)
 {
   flow_hole hole = flow_hole_of(t->spin);
-  if (rule->exchanges) guess_exchange(&hole, t);
+  if (rule->exchanges) guess_exchange(&hole, rule->exchanges > 1, t);
   hole = flow_hole_of(t->spin);
   const int easy = rule == GUESS_RULES && order < 2, first = easy && order == 0;
   const int passes = first ? GUESS_PASSES_FIRST : easy ? GUESS_PASSES : GUESS_PASSES_MORE;
