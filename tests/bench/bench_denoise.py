@@ -1,8 +1,8 @@
 """What Blender's Denoise node makes of 64 samples of a room with a hole: error before and after, against 16384 samples.
 
 The reference is rendered only where it is looked at: a region across the edge of the hole's shadow and the rings
-around it, one of glass and floor, and one of a plain wall. Errors are root mean squares of linear RGB. At the edge: pixels within EDGE of the
-shadow's edge, where a denoiser that blurs would show.
+around it, one of glass and floor, and one of a plain wall. Errors are root mean squares of linear RGB. At the edge:
+pixels within EDGE of the shadow's edge, where a denoiser that blurs would show.
 """
 
 import argparse

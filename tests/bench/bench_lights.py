@@ -21,6 +21,7 @@ import objects
 import room_kerr
 import room_schwarzschild
 import room_wormhole
+import wormhole_lamp
 
 RESOLUTION = (96, 54)
 SEEDS = 4
@@ -49,20 +50,6 @@ def small_lamp() -> bpy.types.Scene:
     for name in ("Ceiling lamp", "Window"):
         bpy.data.objects.remove(bpy.data.objects[name])
     objects.area_light("Small lamp", (1.2, -1.0, 3.4), (0, 0, 1), (0.1, 0.1), 230)
-    return scene
-
-
-def other_side() -> bpy.types.Scene:
-    """The room with a wormhole, dark but for what comes through it from a lamp of 10 cm in the garden."""
-    scene = room_wormhole.build()
-    for name in ("Left lamp", "Right lamp"):
-        bpy.data.objects.remove(bpy.data.objects[name])
-    scene.world = None
-    lamp = bpy.data.lights.new("Lamp", "POINT")
-    lamp.energy, lamp.shadow_soft_size = 2000, 0.05
-    holder = bpy.data.objects.new("Lamp", lamp)
-    holder.location = room_wormhole.GARDEN + np.array((1.2, -1.4, 3.4))
-    scene.collection.objects.link(holder)
     return scene
 
 
@@ -113,7 +100,7 @@ def measure_all() -> list[Efficiency]:
         ("room_schwarzschild, lamp of 10 cm", small_lamp, ("SCATTERING", "BOTH")),
         ("room_kerr", room_kerr.build, ("SCATTERING", "BOTH")),
         ("room_wormhole", room_wormhole.build, ("SCATTERING", "BOTH")),
-        ("room_wormhole, lit from the other side", other_side, ("SCATTERING", "BOTH")),
+        ("room_wormhole, lit from the other side", wormhole_lamp.build, ("SCATTERING", "BOTH")),
         ("flat room", lambda: flat(room_schwarzschild.build), ("CYCLES", "BOTH")),
         ("flat room, lamp of 10 cm", lambda: flat(small_lamp), ("CYCLES", "BOTH")),
     ]

@@ -17,6 +17,7 @@ import room_kerr
 import room_schwarzschild
 import room_wormhole
 import soft_shadow
+import wormhole_lamp
 
 RENDER = Path(common.__file__).with_name("render.py")
 
@@ -29,6 +30,7 @@ RENDER = Path(common.__file__).with_name("render.py")
         (room_wormhole, 0.4),
         (lamps, 0.7),
         (soft_shadow, 0.7),
+        (wormhole_lamp, 0.3),
         (flat, 0.25),
         (einstein_ring, 0.003),
     ],
