@@ -290,6 +290,31 @@ def test_every_image_is_listed(kind):
     assert bundles >= 6
 
 
+def eight_holes():
+    """On a ring around the way from one place to another."""
+    angle = np.arange(8) * np.pi / 4
+    centers = np.stack([2.5 * np.cos(angle), 2.5 * np.sin(angle), 0.1 * np.arange(8)], axis=1)
+    scene = new_scene()
+    scene.set_spacetime_objects([(Spacetime.schwarzschild(0.05), placed(*c), 0.8, -1) for c in centers])
+    return scene
+
+
+def test_too_many_rays_are_listed_by_chance():
+    """With more joints than there is room for, the mean light of those listed is that of all."""
+    scene, n = eight_holes(), 4000
+    scene.commit()
+    joints = scene.join(np.tile((0.2, 0.1, -6.0), (n, 1)), np.tile((-0.3, 0.2, 6.0), (n, 1)))
+    assert (joints["count"] == 16).all()
+    light, side = 1 / joints["spread"], joints["launch"][..., 0]
+    keys = zip(joints["first_lens"].ravel(), joints["swept"].ravel().round(6), strict=True)
+    each = dict(zip(keys, zip(light.ravel(), side.ravel(), strict=True), strict=True))
+    assert len(each) > 20
+    whole = sum(value for value, _ in each.values())
+    assert (light / joints["chance"]).sum(axis=1) == pytest.approx(whole, rel=1e-9)  # one stands for both
+    estimates = (light * side / joints["chance"]).sum(axis=1)
+    assert estimates.std() > 0 and abs(z_score(estimates, sum(a * b for a, b in each.values()))) < 4
+
+
 # ---- Pictures ----
 
 
@@ -313,6 +338,23 @@ def lit_scene(closures):
     perspective(scene, look_at((3, -9, 8), (3, 3.5, -1)), half=0.5)
     scene.commit()
     return scene
+
+
+def test_light_among_eight_holes():
+    """Chance and connections agree on a floor below a ring of holes and a lamp above it."""
+    scene = eight_holes()
+    add(scene, quad(6, 6), diffuse((0.8, 0.8, 0.8)), at=placed(0, 0, -2))
+    add(scene, meshes.sphere(0.6, segments=16, rings=8), emission((10,) * 3), at=placed(0.3, 0.2, 4), visibility=14)
+    perspective(scene, look_at((0, -9, 5), (0, 0, -1)), half=0.4)
+    scene.commit()
+    means = {}
+    for sampling, samples in [("SCATTERING", 256), ("CONNECTIONS", 32), ("BOTH", 32)]:
+        settings = {"light_sampling": sampling, "max_bounces": 1, "roulette_start": 9, "names": ("combined",)}
+        runs = [render(scene, 8, 8, samples, seed=s, **settings)[0]["combined"][..., 0].mean() for s in range(16)]
+        means[sampling] = np.mean(runs, dtype=float), np.var(runs, ddof=1) / len(runs)
+    for sampling in ("CONNECTIONS", "BOTH"):
+        (a, va), (b, vb) = means["SCATTERING"], means[sampling]
+        assert abs(a - b) < 4 * np.sqrt(va + vb), (sampling, means)
 
 
 @pytest.mark.parametrize("closures", [diffuse((0.8, 0.5, 0.2)), glossy((0.9, 0.9, 0.9), 0.4)], ids=["diffuse", "metal"])

@@ -310,7 +310,8 @@ class RenderMethods:
         wormholes without exit with far. Returns "count" (n,) and, for each pair in places 0 .. count - 1 of 16, the
         others NaN or -1: "launch", "arrival" (n, 16, 3) local directions of travel, "spread" (n, 16) local area at the
         end (solid angle of sky) per solid angle of launch, "swept" (n, 8), and "first_lens", "borders",
-        "length" as ``intersect`` has them.
+        "length" as ``intersect`` has them, and "chance": with more than 16 rays some of the faintest are left out by
+        chance, by which others that stand for them are to be divided.
         """
         points, ends = (np.ascontiguousarray(a, dtype=np.float64) for a in (points, ends))
         shape = len(points), 16
@@ -318,7 +319,7 @@ class RenderMethods:
         out |= {name: np.full((*shape, 3), np.nan) for name in ("launch", "arrival")}
         out |= {name: np.full(shape, np.nan) for name in ("spread", "swept")}
         out |= {"first_lens": np.full(shape, -1, np.int32), "borders": np.zeros(shape, np.uint32)}
-        out["length"] = np.full(shape, np.nan)
+        out |= {name: np.full(shape, np.nan) for name in ("length", "chance")}
         self._join(points, ends, sky, far, *out.values())
         return out
 

@@ -1,6 +1,8 @@
 /* See join.h. */
 #include "light/join.h"
 
+#include <string.h>
+
 #include "bentlight/connect.h"
 #include "light/join_lens.h"
 
@@ -245,13 +247,20 @@ static void join_by(const geometry *g, int index, size_t n, const vec3 *from, co
   join_by_lens(g, index, n, from, to, u, chances, sky, far, out);
 }
 
+static uint64_t bits_of(double x)
+{
+  uint64_t bits;
+  memcpy(&bits, &x, sizeof bits);
+  return bits;
+}
+
 void join_by_chance(const geometry *g, size_t n, const vec3 *from, const vec3 *to, const double *u,
                     const double *const *chances, int sky, int far, joints *out)
 {
   for (size_t first = 0; first < n; first += BLOCK) {
     const size_t count = n - first < BLOCK ? n - first : BLOCK;
     double rest[BLOCK];
-    for (size_t i = 0; i < count; i++) rest[i] = u[first + i], out[first + i].count = 0;
+    for (size_t i = 0; i < count; i++) rest[i] = u[first + i], out[first + i].count = 0, out[first + i].dice = bits_of(u[first + i]);
     for (int k = -1; k < (int)g->lens_count; k++)
       join_by(g, k, count, from + first, to + first, rest, chances ? chances + first : NULL, NULL, sky, far,
               out + first);
@@ -296,7 +305,7 @@ void join_traced(const geometry *g, size_t n, const vec3 *from, const vec3 *to, 
         if (traces[next].first_lens == k)
           a[count] = from[next], b[count] = to[next], traced[count] = traces[next], pair[count++] = next;
       joints found[BLOCK];
-      for (size_t i = 0; i < count; i++) found[i].count = 0;
+      for (size_t i = 0; i < count; i++) found[i].count = 0, found[i].dice = 0;
       if (count) join_by(g, k, count, a, b, NULL, NULL, traced, sky, far, found);
       for (size_t i = 0; i < count; i++) {
         const joint *j = find(&found[i], &traced[i]);

@@ -24,12 +24,13 @@ typedef struct joint {
   uint32_t borders; /* as in bent_hit, when it arrives */
   int through;      /* a throat */
   double chance;    /* with which such an image is listed */
-  double way_chance; /* with which its way was tried */
+  double way_chance; /* with which its way was tried, and with which it was listed in place of another for want of room */
 } joint;
 
 typedef struct joints {
   int count;
   double rest; /* the number that decided what is listed, again even in [0, 1) */
+  uint64_t dice; /* random bits for what is too much to be listed */
   joint list[JOINTS_MAX];
 } joints;
 

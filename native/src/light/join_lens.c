@@ -31,18 +31,43 @@ typedef struct group {
   place a[BLOCK], b[BLOCK];
 } group;
 
+/* Even in [0, 1): SplitMix64 (Steele, Lea & Flood 2014). */
+static double roll(uint64_t *dice)
+{
+  uint64_t z = *dice += 0x9e3779b97f4a7c15u;
+  z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
+  z = (z ^ z >> 27) * 0x94d049bb133111ebu;
+  return (double)((z ^ z >> 31) >> 11) * 0x1p-53;
+}
+
+/* What a joint counts: the light that it stands for, but for its ends. */
+static double brightness(const joint *j) { return 1 / (j->spread * j->way_chance); }
+
+/* Of the two faintest of a full list and `extra` one goes; *extra becomes the other, the rest stays in the list. */
+static void make_room(joints *joints, joint *extra)
+{
+  joint all[JOINTS_MAX + 1];
+  for (int i = 0; i <= JOINTS_MAX; i++) all[i] = i < JOINTS_MAX ? joints->list[i] : *extra;
+  for (int last = JOINTS_MAX; last > JOINTS_MAX - 2; last--) /* the two faintest to the end */
+    for (int i = 0; i < last; i++)
+      if (brightness(&all[i]) < brightness(&all[last])) {
+        const joint fainter = all[i];
+        all[i] = all[last], all[last] = fainter;
+      }
+  const double a = brightness(&all[JOINTS_MAX - 1]), chance = a / (a + brightness(&all[JOINTS_MAX]));
+  const int kept = roll(&joints->dice) < chance;
+  for (int i = 0; i < JOINTS_MAX - 1; i++) joints->list[i] = all[i];
+  joints->count = JOINTS_MAX - 1;
+  *extra = all[kept ? JOINTS_MAX - 1 : JOINTS_MAX];
+  extra->way_chance *= kept ? chance : 1 - chance;
+}
+
 void joints_add(joints *joints, const joint *j)
 {
-  int at = joints->count;
-  if (at == JOINTS_MAX) {
-    for (int i = at = 0; i < JOINTS_MAX; i++)
-      if (joints->list[i].spread > joints->list[at].spread) at = i;
-    if (!(j->spread < joints->list[at].spread)) return;
-  } else {
-    joints->count++;
-  }
-  joints->list[at] = *j;
-  if (!(j->weigh_spread > 0)) joints->list[at].weigh_spread = j->spread, joints->list[at].weigh_cone = j->cone;
+  joint added = *j;
+  if (!(added.weigh_spread > 0)) added.weigh_spread = j->spread, added.weigh_cone = j->cone;
+  if (joints->count == JOINTS_MAX) make_room(joints, &added);
+  joints->list[joints->count++] = added;
 }
 
 int join_is_clear(const geometry *g, vec3 from, vec3 direction, double length, int except)

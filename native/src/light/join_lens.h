@@ -5,8 +5,8 @@
 
 enum { JOIN_BLOCK = 128, JOIN_IMAGES = 4 };
 
-/* Adds a joint, whose spread and cone weigh it unless something else is given, in place of the faintest one if there are
- * too many. */
+/* Adds a joint, whose spread and cone weigh it unless something else is given. If there are too many, one of the two
+ * faintest goes by chance, and the other stands for both. */
 void joints_add(joints *joints, const joint *j);
 /* Whether a straight line from `from`, of `length` along the unit direction, stays outside all spheres but that of the
  * lens `except` (or -1). */

@@ -281,8 +281,9 @@ static void join_block(const bent_scene *scene, const buffer *b, size_t first, s
 {
   const double(*points)[3] = buffer_data(&b[0]), (*ends)[3] = buffer_data(&b[1]);
   vec3 from[JOIN_BLOCK], to[JOIN_BLOCK];
-  const double all[JOIN_BLOCK] = {0};
+  double all[JOIN_BLOCK]; /* too small to leave out any, but different, for what is too much */
   joints found[JOIN_BLOCK];
+  for (size_t i = 0; i < n; i++) all[i] = 1e-200 * (double)(first + i);
   for (size_t i = 0; i < n; i++) from[i] = v3_from(points[first + i]), to[i] = v3_from(ends[first + i]);
   if (sky) join_sky(scene->geometry, n, from, to, all, far, found);
   else join_points(scene->geometry, n, from, to, all, found);
@@ -297,15 +298,16 @@ static void join_block(const bent_scene *scene, const buffer *b, size_t first, s
       ((double *)buffer_data(&b[6]))[at] = j->swept;
       ((int32_t *)buffer_data(&b[7]))[at] = j->first_lens;
       ((uint32_t *)buffer_data(&b[8]))[at] = j->borders;
+      ((double *)buffer_data(&b[10]))[at] = j->way_chance;
       ((double *)buffer_data(&b[9]))[at] = sky ? INFINITY : join_length(scene->geometry, from[i], to[i], j);
     }
   }
 }
 
-/* _join(points, ends, sky, far, count, launch, arrival, spread, swept, first_lens, borders, length) */
+/* _join(points, ends, sky, far, count, launch, arrival, spread, swept, first_lens, borders, length, chance) */
 static PyObject *join(PyObject *self, PyObject *args)
 {
-  enum { ARRAYS = 10 };
+  enum { ARRAYS = 11 };
   static const struct {
     const char *name;
     char format;
@@ -314,11 +316,11 @@ static PyObject *join(PyObject *self, PyObject *args)
                      {"launch", 'd', 3, BUFFER_WRITE}, {"arrival", 'd', 3, BUFFER_WRITE},
                      {"spread", 'd', 2, BUFFER_WRITE}, {"swept", 'd', 2, BUFFER_WRITE},
                      {"first_lens", 'i', 2, BUFFER_WRITE}, {"borders", 'I', 2, BUFFER_WRITE},
-                     {"length", 'd', 2, BUFFER_WRITE}};
+                     {"length", 'd', 2, BUFFER_WRITE}, {"chance", 'd', 2, BUFFER_WRITE}};
   PyObject *in[ARRAYS];
   int sky, far, bad = 0;
-  if (!PyArg_ParseTuple(args, "OOppOOOOOOOO:join", &in[0], &in[1], &sky, &far, &in[2], &in[3], &in[4], &in[5], &in[6],
-                        &in[7], &in[8], &in[9]))
+  if (!PyArg_ParseTuple(args, "OOppOOOOOOOOO:join", &in[0], &in[1], &sky, &far, &in[2], &in[3], &in[4], &in[5], &in[6],
+                        &in[7], &in[8], &in[9], &in[10]))
     return NULL;
   const bent_scene *scene = scene_value(self);
   if (!scene) return NULL;

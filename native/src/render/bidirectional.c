@@ -150,7 +150,7 @@ static void add_connections(const tracer *t, path_block *block, const lit_vertex
     history.transparent += l->history.transparent;
     const shadow s = {.path = (int)(v->path - block->paths), .kind = LIGHT_TRIANGLE, .target = v3_from(l->hit.position),
                       .instance = l->hit.instance, .triangle = l->hit.triangle, .swept = j->swept,
-                      .borders = j->borders, .straight = joint_is_straight(j), .light = v3_scale(light, 1 / chance),
+                      .borders = j->borders, .straight = joint_is_straight(j), .light = v3_scale(light, 1 / (chance * j->way_chance)),
                       .blockers = UINT64_MAX, .from = v->point.position, .ray = history};
     direct_add_shadow(t, block, &s, BENT_SHADOW, j->launch, v->hit)->length_max =
         joint_is_straight(j) ? sqrt(j->spread) : INFINITY;

@@ -186,7 +186,7 @@ static void join_camera(const tracer *t, path_block *block, size_t first, const 
       if (length < camera.length_min || length > camera.length_max) continue;
       const shadow s = {.path = -1, .image = {image[0], image[1]}, .kind = LIGHT_TRIANGLE, .target = to[i],
                         .instance = v->hit.instance, .triangle = v->hit.triangle, .swept = j->swept,
-                        .borders = j->borders, .straight = joint_is_straight(j), .light = light, .blockers = UINT64_MAX,
+                        .borders = j->borders, .straight = joint_is_straight(j), .light = v3_scale(light, 1 / j->way_chance), .blockers = UINT64_MAX,
                         .from = t->eye, .ray = v->history};
       bent_ray *ray = direct_add_shadow(t, block, &s, BENT_VISIBLE_CAMERA, j->launch, NULL);
       ray->length_min = camera.length_min;
