@@ -6,14 +6,15 @@
  * both sides of a wormhole's throat, each of them exists exactly once. From the secondary on each is fainter than the
  * one before, by e^-2 pi every two; the primary is the brightest, unless phi is close to 0: a caustic of the others.
  *
- * Flat space has its one straight ray. A Kerr hole with spin has the same images, in the same order, as long as phi is the
- * angle between a and b in axes that the hole drags along as the ray goes: each image has its own. Where without spin the
- * line through the center is a caustic, with spin it is a narrow tube of astroid cross section, moved aside by the dragging;
- * within it two more images exist, which are not listed. Near the horizon of a fast hole not every image is found. Those of
- * random pairs that are (first / second), radii even in the logarithm: a = 0.9 M, 3 to 100 horizons: 99.99 % / 99.96 %;
- * 1.001 to 1000 horizons: 99.9 % / 99.9 %; a = 0.999 M: 99.99 % / 99.94 % and 99.2 % / 98.7 %. The others are FAILED.
- * Unlike those of the other spacetimes, Kerr rays that join b with a are not those that join a with b: against time the hole
- * spins the other way. Rays are traced against time, from a: the light goes from b to a, as in trace.h.
+ * Flat space has its one straight ray. A Kerr hole with spin has the same images, in the same order, as long as phi is
+ * the angle between a and b in axes that the hole drags along as the ray goes: each image has its own. Where without
+ * spin the line through the center is a caustic, with spin it is a narrow tube of astroid cross section, moved aside by
+ * the dragging; within it two more images exist, which are not listed. Near the horizon of a fast hole not every image
+ * is found. Those of random pairs that are (first / second), radii even in the logarithm: a = 0.9 M, 3 to 100 horizons:
+ * 99.99 % / 99.96 %; 1.001 to 1000 horizons: 99.9 % / 99.9 %; a = 0.999 M: 99.99 % / 99.94 % and 99.2 % / 98.7 %. The
+ * others are FAILED.
+ * Unlike those of the other spacetimes, Kerr rays that join b with a are not those that join a with b: against time the
+ * hole spins the other way. Rays are traced against time, from a: the light goes from b to a, as in trace.h.
  */
 #ifndef BENTLIGHT_CONNECT_H
 #define BENTLIGHT_CONNECT_H
@@ -26,7 +27,8 @@
 typedef enum bent_connection_status {
   BENT_CONNECTION_NONE = 0,   /* too faint, or space is flat: no image, all values NaN */
   BENT_CONNECTION_MET = 1,    /* found, its error is within the tolerance */
-  BENT_CONNECTION_RING = 2,   /* the same, but a, the center and b are in line: one ray of a ring, spread 0; Kerr: in line
+  BENT_CONNECTION_RING = 2,   /* the same, but a, the center and b are in line: one ray of a ring, spread 0; Kerr: in
+                               * line
                                  along the axis */
   BENT_CONNECTION_COARSE = 3, /* found, but its error is beyond the tolerance: `error` says how large */
   BENT_CONNECTION_FAILED = 4  /* not found, or the ends coincide: all values but `swept` NaN */
@@ -48,15 +50,16 @@ typedef struct bent_connections {
    * the orbit, which never vanishes, and one across it, which is proportional to sin(phi): with a, the center and b in
    * line it is 0 (a caustic). If b is in the sky: solid angle of sky per solid angle at a; flat space: 1. Relative
    * error at tolerance 1e-8, two images, ordinary pairs: 1e-8.
-   * Kerr: area that a ZAMO at b measures, any observer the same; spread / g is that of the way back in the hole of the other
-   * spin. What rests in the chart moves past the ZAMO, with velocity v (bent_zamo_speed; against time, so along +phi for
-   * positive spin): a piece of it with local area vector A gets rays from the solid angle
+   * Kerr: area that a ZAMO at b measures, any observer the same; spread / g is that of the way back in the hole of the
+   * other spin. What rests in the chart moves past the ZAMO, with velocity v (bent_zamo_speed; against time, so along
+   * +phi for positive spin): a piece of it with local area vector A gets rays from the solid angle
    * |A.(n + v)| / (spread (1 + n.v)) at a, where n is the arrival. Relative error: 10 (median), 300 (99 %) times the
    * tolerance. */
   double *spread;
-  double *frequency_ratio; /* g = nu(a) / nu(b) of light from b to a, both at rest: lapse(b) / lapse(a); Kerr: of ZAMOs */
-  /* Angle swept about the center, radians; exact: it defines the image. Kerr: as trace.h has it, in axes that the hole drags
-   * along, with the error that it has there; of a failed image the one that was looked for, about. */
+  double *frequency_ratio; /* g = nu(a) / nu(b) of light from b to a, both at rest: lapse(b) / lapse(a); Kerr: of
+                            * ZAMOs */
+  /* Angle swept about the center, radians; exact: it defines the image. Kerr: as trace.h has it, in axes that the hole
+   * drags along, with the error that it has there; of a failed image the one that was looked for, about. */
   double *swept;
   /* Estimated distance at which a ray launched in this direction misses b, over the scene radius of b; if b is in the
    * sky, the angle to the wanted direction. Images far along the series are COARSE: their landing points magnify the
@@ -76,10 +79,10 @@ typedef struct bent_connections {
  * F = 3 x^2 - x (Darwin 1959), or x = arctan(l / rho), F = sin x cos x (Ellis 1973), for radial rays (Phi = 0) and to
  * infinity as well. x(1) grows steadily with the launch slope x'(0): a bracketed Newton search finds it. Each trial
  * integrates the orbit by Taylor series, and its derivative by the slope, which is the deviation in the plane.
- * Kerr: Newton's method for launch direction and Mino time, from the orbit without spin between corresponding places; the
- * trials integrate the ray and its deviations by Taylor series. An image counts as found when the final trial, at full
- * precision, comes to b: `error` is its miss and what truncation and rounding may add. About 11 times the time of an image
- * pair without spin, 16 times near the horizon. */
+ * Kerr: Newton's method for launch direction and Mino time, from the orbit without spin between corresponding places;
+ * the trials integrate the ray and its deviations by Taylor series. An image counts as found when the final trial, at
+ * full precision, comes to b: `error` is its miss and what truncation and rounding may add. About 11 times the time of
+ * an image pair without spin, 16 times near the horizon. */
 bent_status bent_connect(const bent_spacetime *spacetime, size_t n, const double (*points_a)[3],
                          const double (*points_b)[3], size_t max_images, double min_share, double tolerance,
                          const bent_connections *out, bent_connection_count *count, bent_progress *progress,

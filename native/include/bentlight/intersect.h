@@ -20,7 +20,8 @@ typedef struct bent_hit {
   double barycentric[2];    /* weights of the triangle's vertices 1 and 2 */
   double position[3];       /* world; NaN unless hit */
   double direction[3];      /* local unit direction of travel at the hit, world axes; asymptotic direction if escaped */
-  double length;            /* scene length travelled (world units, measured along the drawn curve); INFINITY if escaped */
+  double length;            /* scene length travelled (world units, measured along the drawn curve); INFINITY if
+                             * escaped */
   double swept;             /* angle swept about spacetime objects, radians */
   double error;             /* estimated angular error of direction, radians */
   int32_t first_lens;       /* spacetime object whose sphere it started in, or entered first; -1: none */

@@ -24,7 +24,8 @@ typedef struct bent_camera {
   /* What the image covers: left, right, bottom, top. Perspective: on the plane at distance 1; orthographic: scene
    * units; panoramic: the projection's own (u, v), which is 0, 1, 0, 1 for the whole panorama. */
   double viewplane[4];
-  double clip_start, clip_end; /* depth for perspective and orthographic, distance for panoramic; clip_end > clip_start */
+  double clip_start, clip_end; /* depth for perspective and orthographic, distance for panoramic; clip_end >
+                                * clip_start */
   double longitude[2], latitude[2];      /* equirectangular: at u, v = 0 and 1 */
   double fisheye_fov;                    /* fisheye: full angle of view */
   double fisheye_lens;                   /* equisolid: focal length, mm */
@@ -39,9 +40,11 @@ bent_status bent_scene_set_camera(bent_scene *scene, const bent_camera *camera, 
 /* A sun is a disk on the asymptotic sky: a ray that escapes in its direction sees it. */
 typedef struct bent_sun {
   double direction[3]; /* towards the sun, world; any length but 0 */
-  double radiance[3];  /* linear RGB, added to the sky's; if the angle is 0: irradiance of a surface that faces the sun */
-  int material;        /* -1, or the radiance is what its program emits: at the place in the direction away from the sun at
-                        * distance 1 from the origin, with texture coordinates that map the disk into the unit square */
+  double radiance[3];  /* linear RGB, added to the sky's; if the angle is 0: irradiance of a surface that faces the
+                        * sun */
+  int material;        /* -1, or the radiance is what its program emits: at the place in the direction away from the sun
+                        * at distance 1 from the origin, with texture coordinates that map the disk into the unit
+                        * square */
   double world_from_sun[4][4]; /* with a material: of its object coordinates, invertible and affine */
   double angle;        /* angular diameter, in [0, pi]; 0: a point that only connections find */
   uint32_t visibility; /* bent_visibility bits: the kinds of ray that see it */
@@ -53,8 +56,10 @@ bent_status bent_scene_set_suns(bent_scene *scene, size_t count, const bent_sun 
 
 /* A lamp without size, which only connections find. Lamps with a size are instances of emissive meshes. */
 typedef struct bent_lamp {
-  double world_from_lamp[4][4]; /* invertible and affine: the lamp's place, and the object coordinates of its material */
-  int material;        /* the radiance that its program emits towards a direction is the lamp's radiant intensity there */
+  double world_from_lamp[4][4]; /* invertible and affine: the lamp's place, and the object coordinates of its
+                                 * material */
+  int material;        /* the radiance that its program emits towards a direction is the lamp's radiant intensity
+                        * there */
   uint32_t visibility; /* bent_visibility bits: the kinds of scattering that it lights */
   bent_influence influence;
 } bent_lamp;
@@ -71,13 +76,13 @@ typedef enum bent_light_sampling {
   BENT_LIGHT_SAMPLINGS
 } bent_light_sampling;
 
-/* How light is followed. The mean of a picture is the same, but for points of light behind glass or in mirrors, and their
- * caustics, which only BIDIRECTIONAL finds. */
+/* How light is followed. The mean of a picture is the same, but for points of light behind glass or in mirrors, and
+ * their caustics, which only BIDIRECTIONAL finds. */
 typedef enum bent_integrator {
   BENT_PATH,          /* from the camera */
-  BENT_BIDIRECTIONAL, /* from the lamps too, each way weighed against the others; light_sampling must be BOTH. Suns, the sky,
-                       * and lamps that do not shine on all objects are followed from the camera alone; so is everything
-                       * where bent_scene_bidirectional_obstacle says why. There is no blur_glossy, and all
+  BENT_BIDIRECTIONAL, /* from the lamps too, each way weighed against the others; light_sampling must be BOTH. Suns, the
+                       * sky, and lamps that do not shine on all objects are followed from the camera alone; so is
+                       * everything where bent_scene_bidirectional_obstacle says why. There is no blur_glossy, and all
                        * caustics are there */
   BENT_INTEGRATORS
 } bent_integrator;
@@ -96,10 +101,10 @@ typedef struct bent_render_settings {
   uint32_t first_sample, sample_count; /* the samples of each pixel to take; first_sample + sample_count < 2^31 */
   uint32_t seed;
   bent_sampling_pattern sampling_pattern;
-  /* A pixel gets no more samples once its noise is below the threshold: the standard errors of red, green and blue (from
-   * means of 8 successive samples), summed, times sqrt(2/pi), over sqrt(red + green + blue). 0: all pixels get all samples. min_samples >= 2: those that every
-   * pixel gets at least. Which samples are taken depends on those before, so that means are biased, by less than the
-   * threshold. */
+  /* A pixel gets no more samples once its noise is below the threshold: the standard errors of red, green and blue
+   * (from means of 8 successive samples), summed, times sqrt(2/pi), over sqrt(red + green + blue). 0: all pixels get
+   * all samples. min_samples >= 2: those that every pixel gets at least. Which samples are taken depends on those
+   * before, so that means are biased, by less than the threshold. */
   double noise_threshold;
   uint32_t min_samples;
   /* Near the image of a photon sphere the camera sees the whole scene many times over, pressed into fine rings. A pixel
@@ -107,9 +112,9 @@ typedef struct bent_render_settings {
    * more for every 0.1 radians by which bending spreads the camera rays through its corners, and at most
    * photon_ring_samples, in [1, 64]. At 1 all pixels are alike. */
   uint32_t photon_ring_samples;
-  /* The channels hold all samples before first_sample already, from calls that began with 0, and are gone on with: to float
-   * rounding as if one call had taken all, the noise threshold's decisions included. sample_count must be among them, and
-   * with a noise threshold combined, noise_partial and noise_scatter. */
+  /* The channels hold all samples before first_sample already, from calls that began with 0, and are gone on with: to
+   * float rounding as if one call had taken all, the noise threshold's decisions included. sample_count must be among
+   * them, and with a noise threshold combined, noise_partial and noise_scatter. */
   int resume;
   /* Scattering events a path may have before its last one, which still gathers emission: as Cycles counts bounces.
    * The total, and by kind of lobe. Straight passes through transparent surfaces are counted apart. */
@@ -129,7 +134,8 @@ typedef struct bent_render_settings {
   bent_integrator integrator;
   bent_light_sampling light_sampling;
   int portal_sampling;       /* some scattered rays are aimed at wormholes' mouths; the mean is the same */
-  double light_threshold;    /* connections that would bring a sample less than this are traced by chance only; 0: all */
+  double light_threshold;    /* connections that would bring a sample less than this are traced by chance only; 0:
+                              * all */
   double alpha_threshold;    /* surfaces less opaque than this are not described by depth, position and normal */
 } bent_render_settings;
 
@@ -171,17 +177,17 @@ typedef struct bent_render_statistics {
  * result does not depend, to the last bit, on tiles, their order or threads; and merging two sample ranges by their
  * counts gives the range that spans both (to float rounding).
  *
- * Tolerance: rays are traced to `tolerance` radians, or a tenth of the central pixel's angle if that is smaller; after a
- * diffuse scattering, which blurs what is seen, ten times more coarsely. Chords stay within that angle times the distance
- * from the ray's origin to the nearest spacetime object of the true ray.
+ * Tolerance: rays are traced to `tolerance` radians, or a tenth of the central pixel's angle if that is smaller; after
+ * a diffuse scattering, which blurs what is seen, ten times more coarsely. Chords stay within that angle times the
+ * distance from the ray's origin to the nearest spacetime object of the true ray.
  *
  * Radiance is carried along rays as it is: no shift of frequency, and so no g^3, between emitter and camera.
  *
- * light: NULL, or with BENT_BIDIRECTIONAL the light that subpaths from lamps bring to the camera itself, anywhere in the
- * image: (height, width, 3) of the full image, rows from the bottom, shared by all calls and threads, to which each adds
- * in units of BENT_LIGHT_UNIT. Sums of whole numbers do not depend on their order. With N samples taken in all calls
- * together, a pixel's color is `combined` + light * BENT_LIGHT_UNIT * width * height / N. Each pixel's sum must stay below
- * 2^31. What clamp limits is each contribution; the noise threshold looks at `combined` only.
+ * light: NULL, or with BENT_BIDIRECTIONAL the light that subpaths from lamps bring to the camera itself, anywhere in
+ * the image: (height, width, 3) of the full image, rows from the bottom, shared by all calls and threads, to which each
+ * adds in units of BENT_LIGHT_UNIT. Sums of whole numbers do not depend on their order. With N samples taken in all
+ * calls together, a pixel's color is `combined` + light * BENT_LIGHT_UNIT * width * height / N. Each pixel's sum must
+ * stay below 2^31. What clamp limits is each contribution; the noise threshold looks at `combined` only.
  *
  * progress counts pixel samples, those of photon rings as one where another pixel takes one. On BENT_CANCELLED the
  * channels hold what was finished: the channel sample_count says how many samples each pixel has (0: all its channels

@@ -26,8 +26,8 @@ typedef struct bent_mesh {
   const float (*generated)[3];            /* per vertex, Blender's generated coordinates in [0, 1]; NULL: zero */
 } bent_mesh;
 
-/* Whom the light of an emitter (an emissive instance, a lamp or a sun) reaches: as Cycles limits and links lights. Every
- * instance is in one of 64 sets of receivers and in one of 64 sets of blockers. */
+/* Whom the light of an emitter (an emissive instance, a lamp or a sun) reaches: as Cycles limits and links lights.
+ * Every instance is in one of 64 sets of receivers and in one of 64 sets of blockers. */
 typedef struct bent_influence {
   uint64_t receivers;   /* bit i: it lights what is in receiver set i */
   uint64_t blockers;    /* bit i: what is in blocker set i holds its light up; 0: it lights all without shadows */
@@ -59,13 +59,14 @@ typedef enum bent_visibility {
   BENT_HOLDOUT = 16, /* no kind of ray: the camera sees a hole in the picture (alpha 0) where the instance is */
   BENT_SHADOWLESS = 32, /* no kind of ray: the instance casts no shadow */
   BENT_SHADOW = 64, /* the kind of ray that asks what is between a surface and a light; not for instances */
-  BENT_IMMATERIAL = 128 /* no kind of ray: all that the instance does to rays is to send light along them, as lamps do in
-                         * Cycles; they go straight on, each time as through a transparent surface; it casts no shadow */
+  BENT_IMMATERIAL = 128 /* no kind of ray: all that the instance does to rays is to send light along them, as lamps do
+                         * in Cycles; they go straight on, each time as through a transparent surface; it casts no
+                         * shadow */
 } bent_visibility;
 
 bent_status bent_scene_add_mesh(bent_scene *scene, const bent_mesh *mesh, int *index, bent_error *error);
-/* Gives the corners of a mesh's triangles values that materials ask for by `id` (0 or more): (triangle_count, 3, components)
- * finite floats, 1 to 4 components, copied. */
+/* Gives the corners of a mesh's triangles values that materials ask for by `id` (0 or more): (triangle_count, 3,
+ * components) finite floats, 1 to 4 components, copied. */
 bent_status bent_scene_set_mesh_attribute(bent_scene *scene, int mesh, int id, int components, size_t triangle_count,
                                           const float *values, bent_error *error);
 /* The same of an instance as a whole; of a mesh that has the same attribute, its own counts. */
@@ -79,7 +80,8 @@ bent_status bent_scene_update_instance(bent_scene *scene, int instance, const do
                                        bent_error *error);
 bent_status bent_scene_clear_instances(bent_scene *scene, bent_error *error);
 
-/* What is odd about a mesh. Such triangles do no harm: rays never hit the first two kinds, and of duplicates either one. */
+/* What is odd about a mesh. Such triangles do no harm: rays never hit the first two kinds, and of duplicates either
+ * one. */
 typedef struct bent_mesh_report {
   size_t degenerate; /* without area in float32: repeated or collinear vertices, or too tiny */
   size_t too_large;  /* with a coordinate beyond 1.8e18, which Embree ignores */

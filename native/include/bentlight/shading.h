@@ -32,8 +32,8 @@ enum { BENT_IMMEDIATES_MAX = 6 };
 typedef struct bent_opcode {
   const char *name;
   int outputs, operands;
-  /* For each immediate the names of its values 0, 1, ..., as Blender spells them, ended by NULL; an empty list for a plain
-   * number. NULL past the last immediate. */
+  /* For each immediate the names of its values 0, 1, ..., as Blender spells them, ended by NULL; an empty list for a
+   * plain number. NULL past the last immediate. */
   const char *const *choices[BENT_IMMEDIATES_MAX + 1];
 } bent_opcode;
 
@@ -42,8 +42,8 @@ const bent_opcode *bent_opcode_info(int index);
 
 bent_status bent_scene_add_image(bent_scene *scene, const bent_image *image, int *index, bent_error *error);
 bent_status bent_scene_update_image(bent_scene *scene, int index, const bent_image *image, bent_error *error);
-/* The program is checked here: a malformed one is BENT_ERROR_ARGUMENT and names the instruction. Images it uses must have
- * been added before. */
+/* The program is checked here: a malformed one is BENT_ERROR_ARGUMENT and names the instruction. Images it uses must
+ * have been added before. */
 bent_status bent_scene_add_material(bent_scene *scene, const bent_program *program, int *index, bent_error *error);
 bent_status bent_scene_update_material(bent_scene *scene, int index, const bent_program *program, bent_error *error);
 /* The sky: runs with the asymptotic direction as position, generated coordinate and reversed normal. NULL: black. */

@@ -38,12 +38,13 @@ double bent_spacetime_core_radius(const bent_spacetime *spacetime);
 /* Local components of a flat-scene covector (e.g. a surface normal): local = matrix * covector, e_(a)^i d_i f with the
  * ZAMO tetrad written in scene axes. The identity up to a factor in the conformally flat charts. */
 void bent_local_from_covector(const bent_spacetime *spacetime, const double position[3], double matrix[3][3]);
-/* Length that the local observer measures for a unit of scene length, in the conformally flat charts: what the matrix above
- * leaves out. 1 in the others, where the matrix is complete. */
+/* Length that the local observer measures for a unit of scene length, in the conformally flat charts: what the matrix
+ * above leaves out. 1 in the others, where the matrix is complete. */
 double bent_length_scale(const bent_spacetime *spacetime, const double position[3]);
 /* Lapse alpha of the ZAMO at `position`: the ratio of its clock to the one at infinity; 0 where no ray may start. */
 double bent_lapse(const bent_spacetime *spacetime, const double position[3]);
-/* Speed with which the ZAMO measures places of the chart to move along -phi (it moves along +phi past them, for positive
- * spin): 2 M a r sin(theta) / (Sigma sqrt(Delta)), beyond 1 in the ergosphere. 0 but for Kerr, and where no ray may start. */
+/* Speed with which the ZAMO measures places of the chart to move along -phi (it moves along +phi past them, for
+ * positive spin): 2 M a r sin(theta) / (Sigma sqrt(Delta)), beyond 1 in the ergosphere. 0 but for Kerr, and where no
+ * ray may start. */
 double bent_zamo_speed(const bent_spacetime *spacetime, const double position[3]);
 #endif
