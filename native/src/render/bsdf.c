@@ -88,7 +88,7 @@ static lobe_value evaluate_ashikhmin(const closure *c, vec3 wi)
 }
 
 /* wi in the lobe's frame. Walter et al. (2007), equations 20, 21 and 41. */
-static lobe_value evaluate_microfacet(const closure *c, vec3 wi)
+static inline __attribute__((always_inline)) lobe_value evaluate_facets(const closure *c, vec3 wi, int is_beckmann)
 {
   const vec3 wo = c->wo;
   lobe_value out = {{0, 0, 0}, 0};
@@ -105,13 +105,22 @@ static lobe_value evaluate_microfacet(const closure *c, vec3 wi)
   fresnel_colors(c, cos_i, &reflected, &transmitted, &cos_t);
   const double r = v3_average(reflected), t = v3_average(transmitted);
   if (r + t <= 0) return out;
-  const double both = c->masking + facets_lambda(c, wi);
+  const double lambda =
+      is_beckmann ? beckmann_lambda(wi, c->alpha, c->alpha_y) : ggx_lambda(wi, c->alpha, c->alpha_y);
+  const double density =
+      is_beckmann ? beckmann_density(h, c->alpha, c->alpha_y) : ggx_density(h, c->alpha, c->alpha_y);
   const double jacobian = through ? squared(c->ior / length) * fabs(cos_o) * cos_i : 0.25;
-  const double seen = facets_density(c, h) * jacobian / wo.z;
+  const double seen = density * jacobian / wo.z;
   out.pdf = seen / c->masking;
   if (c->kind == CLOSURE_GLASS) out.pdf *= (through ? t : r) / (r + t);
-  out.value = v3_scale(through ? transmitted : reflected, seen / both * c->energy_scale);
+  out.value = v3_scale(through ? transmitted : reflected, seen / (c->masking + lambda) * c->energy_scale);
   return out;
+}
+
+/* GGX is what nearly all are. */
+static __attribute__((noinline)) lobe_value evaluate_rare_facets(const closure *c, vec3 wi)
+{
+  return c->facets == FACETS_BECKMANN ? evaluate_facets(c, wi, 1) : evaluate_ashikhmin(c, wi);
 }
 
 /* Of the lobes that reflect. */
@@ -134,8 +143,8 @@ static lobe_value evaluate_lobe(const closure *c, const shade_point *point, vec3
     out = evaluate_diffuse(c, point->wo, wi);
   } else if (closure_is_microfacet(c)) {
     const frame f = frame_of(c);
-    out = c->facets == FACETS_ASHIKHMIN_SHIRLEY ? evaluate_ashikhmin(c, into_frame(&f, wi))
-                                                : evaluate_microfacet(c, into_frame(&f, wi));
+    const vec3 in = into_frame(&f, wi);
+    out = c->facets < FACETS_BECKMANN ? evaluate_facets(c, in, 0) : evaluate_rare_facets(c, in);
   } else {
     out = evaluate_rare(c, point->wo, wi);
   }

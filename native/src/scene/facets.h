@@ -18,10 +18,6 @@ static inline double facets_lambda(const closure *c, vec3 w)
 {
   return c->facets == FACETS_BECKMANN ? beckmann_lambda(w, c->alpha, c->alpha_y) : ggx_lambda(w, c->alpha, c->alpha_y);
 }
-static inline double facets_density(const closure *c, vec3 h)
-{
-  return c->facets == FACETS_BECKMANN ? beckmann_density(h, c->alpha, c->alpha_y) : ggx_density(h, c->alpha, c->alpha_y);
-}
 static inline vec3 facets_sample_visible(const closure *c, double u0, double u1)
 {
   return c->facets == FACETS_BECKMANN ? beckmann_sample_visible(c->wo, c->alpha, c->alpha_y, u0, u1)
