@@ -13,8 +13,8 @@ import materials
 import objects
 
 MASS = 0.022
-CENTER = (0.42, 0.02, 0.36)
-LAMP = (-2.3, 1.5, 1.75)
+CENTER = (0.4, 0.12, 0.34)
+LAMP = (-2.0, 1.7, 1.5)
 
 
 def ring(name: str, center: objects.Vector, radius: float, thickness: float, material: bpy.types.Material) -> None:
@@ -40,7 +40,7 @@ def ring(name: str, center: objects.Vector, radius: float, thickness: float, mat
 
 def build() -> bpy.types.Scene:
     """Makes the scene in the current file and returns it."""
-    scene = common.new_scene(samples=128)
+    scene = common.new_scene(samples=24)
     table = materials.principled("Table", (0.62, 0.56, 0.48), roughness=0.8)
     wall = materials.principled("Wall", (0.16, 0.20, 0.24), roughness=0.9)
     clear = materials.shader("Glass", "BsdfGlass", Color=(0.98, 1.0, 0.99, 1.0), Roughness=0.0, IOR=1.5)
@@ -48,15 +48,15 @@ def build() -> bpy.types.Scene:
     gold = materials.principled("Gold", (1.0, 0.72, 0.29), metallic=1.0, roughness=0.08)
     objects.quad("Table", (-4, -4, 0), (8, 0, 0), (0, 6, 0), table)
     objects.quad("Wall", (-4, 2, 0), (8, 0, 0), (0, 0, 4), wall)
-    objects.suzanne((-0.42, 0.1, 0.24), 0.5, -20, clear)
-    objects.sphere("Ball", (0.13, -0.42, 0.16), 0.16, amber)
+    objects.suzanne((-0.38, 0.02, 0.27), 0.56, 14, clear)
+    objects.sphere("Ball", (0.12, -0.45, 0.16), 0.16, amber)
     ring("Ring", (0.72, -0.52, 0.09), 0.2, 0.18, gold)
     objects.area_light("Lamp", LAMP, (0.1, -0.1, 0.1), (0.05, 0.05), 130, (1.0, 0.93, 0.82), "DISK")
     bpy.ops.bentlight.black_hole_add(mass=MASS, location=CENTER)
     objects.set_world((0.010, 0.013, 0.018))
-    objects.camera((0.35, -2.5, 1.25), (0.12, -0.2, 0.18), lens_mm=38)
+    objects.camera((0.28, -2.25, 1.2), (0.17, -0.27, 0.12), lens_mm=41)
     scene.bentlight.integrator = "BIDIRECTIONAL"
-    scene.bentlight.max_bounces = 10
+    scene.bentlight.max_bounces = 8
     scene.view_settings.view_transform, scene.view_settings.look = "AgX", "AgX - Medium High Contrast"
     return scene
 

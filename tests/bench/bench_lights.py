@@ -16,6 +16,7 @@ import numpy as np
 import OpenEXR
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "examples"))
+import caustic_glass
 import common
 import objects
 import room_kerr
@@ -71,9 +72,10 @@ def pixels(scene: bpy.types.Scene, path: Path) -> np.ndarray:
 
 
 def measure(scene: bpy.types.Scene, room: str, way: str, samples: int) -> Efficiency:
-    """Renders SEEDS pictures as `way` says: 'CYCLES' or one of Bentlight's kinds of light sampling."""
+    """Renders SEEDS pictures as `way` says: 'CYCLES', 'BIDIRECTIONAL' or one of Bentlight's kinds of light sampling."""
     scene.render.engine = "CYCLES" if way == "CYCLES" else "BENTLIGHT"
-    if way != "CYCLES":
+    scene.bentlight.integrator = "BIDIRECTIONAL" if way == "BIDIRECTIONAL" else "PATH"
+    if way in ("BOTH", "SCATTERING", "CONNECTIONS"):
         scene.bentlight.light_sampling = way
     scene.bentlight.samples = scene.cycles.samples = samples
     for limit in ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces"):
@@ -94,13 +96,14 @@ def measure(scene: bpy.types.Scene, room: str, way: str, samples: int) -> Effici
 
 
 def measure_all() -> list[Efficiency]:
-    """Every room by chance and by connections; the flat ones by Cycles too."""
+    """Every room by chance and by connections, some bidirectionally; the flat ones by Cycles too."""
     rooms: list[tuple[str, Callable[[], bpy.types.Scene], tuple[str, ...]]] = [
-        ("room_schwarzschild", room_schwarzschild.build, ("SCATTERING", "BOTH")),
-        ("room_schwarzschild, lamp of 10 cm", small_lamp, ("SCATTERING", "BOTH")),
+        ("room_schwarzschild", room_schwarzschild.build, ("SCATTERING", "BOTH", "BIDIRECTIONAL")),
+        ("room_schwarzschild, lamp of 10 cm", small_lamp, ("SCATTERING", "BOTH", "BIDIRECTIONAL")),
         ("room_kerr", room_kerr.build, ("SCATTERING", "BOTH")),
         ("room_wormhole", room_wormhole.build, ("SCATTERING", "BOTH")),
-        ("room_wormhole, lit from the other side", wormhole_lamp.build, ("SCATTERING", "BOTH")),
+        ("room_wormhole, lit from the other side", wormhole_lamp.build, ("SCATTERING", "BOTH", "BIDIRECTIONAL")),
+        ("caustic_glass", caustic_glass.build, ("BOTH", "BIDIRECTIONAL")),
         ("flat room", lambda: flat(room_schwarzschild.build), ("CYCLES", "BOTH")),
         ("flat room, lamp of 10 cm", lambda: flat(small_lamp), ("CYCLES", "BOTH")),
     ]

@@ -324,3 +324,15 @@ def test_a_preview_of_a_material_is_quick():
     found = final.render_settings(scene, bpy.context.view_layer, is_preview=True)
     assert found.sample_count <= 32
     assert found.max_bounces <= 4
+
+
+def test_bidirectional_says_where_it_is_not_possible(capfd, tmp_path):
+    """A spinning hole: the picture is that of path tracing, and one line says why."""
+    scene = simple_scene()
+    pictures = {}
+    for scene.bentlight.integrator in ("PATH", "BIDIRECTIONAL"):
+        for obj in scene.objects:
+            obj.bentlight.spin = 0.5
+        pictures[scene.bentlight.integrator] = stage.render(tmp_path)["Combined"]
+    assert np.array_equal(pictures["PATH"], pictures["BIDIRECTIONAL"])
+    assert "".join(capfd.readouterr()).count("light is followed from the camera alone: a black hole spins") == 1

@@ -174,3 +174,26 @@ def test_an_abandoned_session_leaves_no_thread():
     next(finished)
     finished.close()
     assert not [thread for thread in threading.enumerate() if thread.name.startswith("bentlight")]
+
+
+def test_light_from_lamps_does_not_depend_on_threads_or_tiles():
+    """The last of each tile's deliveries has all light that any tile has sent it."""
+    scene = glowing_scene()
+    builder = bentlight_native.ProgramBuilder()
+    builder.emit("emission", builder.constant(1), builder.constant(1), builder.constant(5))
+    lamp = np.array([(-0.2, -0.2, 0.9), (0.2, -0.2, 0.9), (0, 0.2, 0.9)], np.float32)
+    material = np.array([scene.add_material(builder.build())], np.int32)
+    scene.add_instance(scene.add_mesh(lamp, np.array([[0, 2, 1]], np.uint32)), np.eye(4), materials=material)
+    scene.commit()
+    pictures = []
+    for threads, size in ((1, 32), (3, 16)):
+        tiles = spiral_tiles(0, 0, 32, 32, size)
+        wanted = settings(width=32, height=32, sample_count=2, integrator="BIDIRECTIONAL")
+        picture = np.zeros((32, 32, 4), np.float32)
+        for result in Session(scene, wanted, tiles, ["combined"], threads).finished(0.05):
+            if result:
+                tile = result.tile
+                picture[tile.y : tile.y + tile.height, tile.x : tile.x + tile.width] = result.channels["combined"]
+        pictures.append(picture)
+    np.testing.assert_array_equal(*pictures)
+    assert pictures[0][..., :3].max() > 0

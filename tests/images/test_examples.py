@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 import bpy
+import caustic_glass
 import common
 import einstein_ring
 import flat
@@ -31,6 +32,7 @@ RENDER = Path(common.__file__).with_name("render.py")
         (lamps, 0.7),
         (soft_shadow, 0.7),
         (wormhole_lamp, 0.3),
+        (caustic_glass, 0.7),
         (flat, 0.25),
         (einstein_ring, 0.003),
     ],

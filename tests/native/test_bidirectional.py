@@ -4,7 +4,8 @@ import meshes
 import numpy as np
 import pytest
 from bentlight_native import RenderSettings, Spacetime, light_image
-from scenes import add, diffuse, emission, glass, glossy, look_at, new_scene, perspective, quad
+from scenes import add, diffuse, emission, glass, glossy, look_at, material, new_scene, perspective, quad
+from test_join_lenses import MOUTHS, box
 from test_render_curved import placed
 
 SIZE = 16
@@ -84,6 +85,97 @@ def test_room_around_a_hole(chart):
     scene = room(spacetime=Spacetime.schwarzschild(0.15, chart=chart))
     both = pictures(scene, 8, 16, integrator="BIDIRECTIONAL")
     assert_equal_means(both, pictures(scene, 32, 16))
+
+
+def test_a_lamp_near_the_horizon():
+    """Between the lamp and the walls the square of the ratio of frequencies is about 8."""
+    scene = new_scene()
+    scene.set_spacetime(Spacetime.schwarzschild(0.3))
+    add(scene, meshes.box((-2, -2, -2), (2, 2, 2)), GRAY)
+    add(scene, meshes.sphere(0.08, segments=16, rings=8), emission((40, 32, 24)), at=placed(0.2, 0.0, 0.25))
+    perspective(scene, look_at((-1.5, -1.7, 0.9), (-1.5, 1, 0.9)))
+    scene.commit()
+    both = pictures(scene, 8, 16, integrator="BIDIRECTIONAL")
+    assert_equal_means(both, pictures(scene, 32, 16))
+
+
+def test_room_lit_through_a_wormhole():
+    """The camera in one room, the lamp in another, and nothing but the wormhole between."""
+    scene = new_scene()
+    scene.set_spacetime_objects(MOUTHS)
+    for _, at, *_ in MOUTHS:
+        add(scene, box(4.0), GRAY, at=at)
+    add(scene, meshes.sphere(1.0, segments=16, rings=8), emission((10, 8, 6)), at=placed(20, 2.5, 1))
+    perspective(scene, look_at((0, -3.5, 1.5), (0, 3.9, 0)))
+    scene.commit()
+    assert scene.bidirectional_obstacle() is None
+    both = pictures(scene, 32, 16, integrator="BIDIRECTIONAL", max_bounces=2)
+    assert_equal_means(both, pictures(scene, 64, 16, max_bounces=2))
+
+
+def test_room_around_two_holes():
+    """Each in its own sphere, with surfaces inside the spheres."""
+    scene = new_scene()
+    add(scene, meshes.box((-2, -2, -2), (2, 2, 2)), GRAY)
+    lamp(scene, (5, 4, 3), 0.5, placed(0.3, 0.4, 1.6))
+    holes = [("isotropic", placed(-0.7, 0.6, 0.1), 0.6), ("areal", placed(0.9, 0.8, 0.1), 0.7)]
+    scene.set_spacetime_objects([(Spacetime.schwarzschild(0.1, chart=c), at, radius, -1) for c, at, radius in holes])
+    for x, y, radius in ((-0.9, 0.2, 0.15), (0.9, 0.35, 0.2)):
+        add(scene, meshes.sphere(radius, segments=16, rings=8), GRAY, at=placed(x, y, 0.1))
+    perspective(scene, look_at((0, -1.9, 0.2), (0, 1.9, -0.2)))
+    scene.commit()
+    both = pictures(scene, 8, 16, integrator="BIDIRECTIONAL")
+    assert_equal_means(both, pictures(scene, 32, 16))
+
+
+HEIGHT = 2.0  # of the lamp below
+
+
+def floor_below_a_lamp(closure, at):
+    """A white floor, of which the camera sees the square |x|, |y| < 1/4, a quad, and a point lamp of intensity pi."""
+    scene = new_scene()
+    add(scene, quad(3, 3), diffuse((1, 1, 1)))
+    add(scene, quad(2, 2), closure, at=at)
+    scene.set_lamps(placed(0, 0, HEIGHT)[None], scene.add_material(material(emission((np.pi,) * 3))))
+    perspective(scene, look_at((0, 0, 0.5), (0, 0, 0), up=(0, 1, 0)))
+    scene.commit()
+    return scene
+
+
+def assert_floor(scene, irradiance):
+    """That the floor has the radiance irradiance(x, y) / pi, on average."""
+    x, y = np.meshgrid(*2 * [(np.arange(64) + 0.5) / 128 - 0.25])
+    exact = irradiance(x, y).mean() / np.pi
+    settings = {"size": 8, "filter": "BOX", "max_bounces": 1}
+    values = pictures(scene, 384, 12, integrator="BIDIRECTIONAL", **settings)[..., 0].mean(axis=(1, 2))
+    error = values.std(ddof=1) / np.sqrt(len(values))
+    assert error < 0.01 * exact
+    assert abs(values.mean() - exact) < 4.5 * error
+
+
+def test_a_mirror_shows_the_floor_its_lamp():
+    """A mirror at x = 1 is a second lamp at x = 2, which no path from the camera finds."""
+
+    def lamp_above(x, y):
+        return np.pi * HEIGHT / (x * x + y * y + HEIGHT**2) ** 1.5
+
+    mirror = np.array([[0, 0, -1, 1], [0, 1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 1.0]])
+    scene = floor_below_a_lamp(glossy((1, 1, 1), 0.0), mirror)
+    assert_floor(scene, lambda x, y: lamp_above(x, y) + lamp_above(x - 2, y))
+
+
+def test_light_below_water():
+    """Under a smooth surface: Snell and Fresnel, and radiance not scaled by n^2, as paths from the camera have it."""
+    n, depth = 1.4, 1.0
+    scene = floor_below_a_lamp(glass((1, 1, 1), 0.0, n), placed(0, 0, depth))
+    assert (picture(scene, 16, 0) == 0).all()
+    above = np.linspace(1e-6, 0.4, 4096)  # angles
+    below = np.arcsin(np.sin(above) / n)
+    a, b = np.cos(above), np.cos(below)
+    reflected = (((a - n * b) / (a + n * b)) ** 2 + ((b - n * a) / (b + n * a)) ** 2) / 2
+    radius = (HEIGHT - depth) * np.tan(above) + depth * np.tan(below)
+    flux = np.pi * (1 - reflected) * np.sin(above) / (radius * np.gradient(radius, above))
+    assert_floor(scene, lambda x, y: np.interp(np.hypot(x, y), radius, flux / n**2))
 
 
 def test_tiles_threads_and_ranges_do_not_matter():

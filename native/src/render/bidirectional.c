@@ -105,10 +105,10 @@ static const light_vertex *choose(const tracer *t, const path_block *block, cons
   return v;
 }
 
-/* What a connection brings to the camera if nothing is in its way, but for the chance of having chosen the light vertex.
- * u picks a kind of lobe. */
+/* What a connection brings to the camera if nothing is in its way, but for the chance of having chosen the light vertex; 0
+ * if that is less than `least`. u picks a kind of lobe. */
 static vec3 connected_light(const tracer *t, const path_block *block, const lit_vertex *v, const light_vertex *l,
-                            const joint *j, const double u[2])
+                            const joint *j, const double u[2], double least)
 {
   closure *const room = block->light->closures;
   const vec3 dark = v3(0, 0, 0), to_lamp = v3_scale(v3_from(l->hit.direction), -1), back = v3_scale(j->arrival, -1);
@@ -118,9 +118,13 @@ static vec3 connected_light(const tracer *t, const path_block *block, const lit_
   view_at(t, &l->hit, back, room, &seen);
   if (seen.see_through || !bsdf_drawn(&seen.set, &seen.point, to_lamp, 0, &there)) return dark;
   if (!light_path_allowed(t, path_scattered(v->point.ray, &v->set, here.lobe, 0), l, &seen, u[1])) return dark;
+  const double cosine = view_cosine(&v->point, j->launch), far_cosine = view_cosine(&seen.point, j->arrival);
+  const double geometry = far_cosine / (j->spread * l->cosine * j->chance);
+  const vec3 scattered = v3_mul(v3_scale(here.weight, here.pdf), v3_scale(there.weight, there.pdf));
+  const vec3 unweighed = v3_scale(v3_mul(v3_mul(v->beta, l->flux), scattered), geometry);
+  if (!(v3_max(unweighed) >= least)) return dark;
   view_at(t, v->hit, j->launch, room + block->lobes, &from_light);
   view_at(t, &l->hit, to_lamp, room + 2 * block->lobes, &from_lamp);
-  const double cosine = view_cosine(&v->point, j->launch), far_cosine = view_cosine(&seen.point, j->arrival);
   const double reverse = j->spread / chain_squared(v->chain.frequency / l->chain.frequency);
   const double from_camera = portal_pdf(&v->mix, j->launch, here.pdf) * far_cosine / j->spread; /* densities by area */
   const double from_start = view_back(&from_lamp, back).pdf * cosine / reverse;
@@ -129,9 +133,7 @@ static vec3 connected_light(const tracer *t, const path_block *block, const lit_
       chain_squared(from_start / j->chance) * chain_sum(&v->chain, view_back(&from_light, v->point.wo)) +
       chain_squared(from_camera / j->chance) *
           chain_sum(&far_chain, (chain_back){portal_pdf(&seen.mix, to_lamp, there.pdf), 1});
-  const double geometry = far_cosine / (j->spread * l->cosine * j->chance);
-  const vec3 scattered = v3_mul(v3_scale(here.weight, here.pdf), v3_scale(there.weight, there.pdf));
-  const vec3 light = v3_scale(v3_mul(v3_mul(v->beta, l->flux), scattered), geometry / (1 + rivals));
+  const vec3 light = v3_scale(unweighed, 1 / (1 + rivals));
   return v3_is_finite(light) ? light : dark;
 }
 
@@ -142,7 +144,8 @@ static void add_connections(const tracer *t, path_block *block, const lit_vertex
   const uint32_t bounces = v->point.ray.bounces + l->history.bounces + 3 - (uint32_t)l->first;
   for (int k = 0; k < joints->count; k++) {
     const joint *j = &joints->list[k];
-    vec3 light = v3_scale(connected_light(t, block, v, l, j, (const double[2]){u[2], u[3]}), choices);
+    const double least = joints->rest * t->settings->light_threshold / choices; /* less does not survive the roulette below */
+    vec3 light = v3_scale(connected_light(t, block, v, l, j, (const double[2]){u[2], u[3]}, least), choices);
     light = path_limited(t, bounces, light);
     const double value = v3_max(light), chance = value / max2(t->settings->light_threshold, value);
     if (!(value > 0) || joints->rest >= chance) continue;

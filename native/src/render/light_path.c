@@ -180,8 +180,10 @@ static void join_camera(const tracer *t, path_block *block, size_t first, const 
       const joint *j = &found[i].list[k];
       camera_ray camera;
       double image[2];
-      const vec3 light = light_to_camera(t, paths, v, j, u[i][1], image, &camera);
-      if (!(v3_max(light) > 0)) continue;
+      vec3 light = light_to_camera(t, paths, v, j, u[i][1], image, &camera);
+      const double chance = min2(v3_max(light) / t->settings->light_threshold, 1); /* faint light by roulette */
+      if (!(v3_max(light) > 0) || found[i].rest >= chance) continue;
+      light = v3_scale(light, 1 / chance);
       const double length = join_length(t->scene->geometry, t->eye, to[i], j);
       if (length < camera.length_min || length > camera.length_max) continue;
       const shadow s = {.path = -1, .image = {image[0], image[1]}, .kind = LIGHT_TRIANGLE, .target = to[i],
