@@ -132,7 +132,8 @@ static int start(const tracer *t, const pixel_sample *wanted, path *p, bent_ray 
     record->value[CHANNEL_COMBINED][3] = 1; /* black and opaque, as Cycles */
     return 0;
   }
-  *p = (path){.scattered = {.position = camera.origin, .direction = camera.direction, .first_lens = -1},
+  *p = (path){.scattered = {.position = camera.origin, .direction = camera.direction, .join_chance = 1,
+                            .first_lens = -1},
               .beta = {1, 1, 1}, .feature_beta = {1, 1, 1}, .alpha = 1, .least_pdf = INFINITY,
               .ray = {.kinds = RAY_CAMERA}, .pixel = pixel, .sample = wanted->sample,
               .depth_per_length = camera.depth_per_length};
