@@ -47,8 +47,9 @@ def pictures(scene, samples, seeds, **settings):
     return np.array([picture(scene, samples, seed, **settings) for seed in range(seeds)], float)
 
 
-def assert_equal_means(a, b):
-    """Z-tests of the whole picture and of its sixteenths over independent pictures (n, SIZE, SIZE, 3)."""
+def assert_equal_means(a, b, error_max=0.02):
+    """Z-tests of the whole picture and of its sixteenths over independent pictures (n, SIZE, SIZE, 3), which must tell the
+    whole one to a relative error_max."""
 
     def parts(p):
         blocks = p.reshape(len(p), 4, SIZE // 4, 4, SIZE // 4, 3).mean(axis=(2, 4, 5)).reshape(len(p), -1)
@@ -56,7 +57,7 @@ def assert_equal_means(a, b):
 
     a, b = parts(a), parts(b)
     error = np.sqrt(a.var(axis=0, ddof=1) / len(a) + b.var(axis=0, ddof=1) / len(b))
-    assert error[-1] < 0.02 * a.mean(), "too noisy to tell"
+    assert error[-1] < error_max * a.mean(), "too noisy to tell"
     # A hole's middle gets light by the filter's outermost millionths only, which path tracing hardly ever samples.
     z = (a.mean(axis=0) - b.mean(axis=0)) / np.maximum(error, 1e-5 * a.mean())
     assert (np.abs(z) < 4.5).all(), z
@@ -99,7 +100,7 @@ def test_a_lamp_near_the_horizon():
     assert_equal_means(both, pictures(scene, 32, 16))
 
 
-def test_room_lit_through_a_wormhole():
+def rooms_of_a_wormhole():
     """The camera in one room, the lamp in another, and nothing but the wormhole between."""
     scene = new_scene()
     scene.set_spacetime_objects(MOUTHS)
@@ -108,6 +109,11 @@ def test_room_lit_through_a_wormhole():
     add(scene, meshes.sphere(1.0, segments=16, rings=8), emission((10, 8, 6)), at=placed(20, 2.5, 1))
     perspective(scene, look_at((0, -3.5, 1.5), (0, 3.9, 0)))
     scene.commit()
+    return scene
+
+
+def test_room_lit_through_a_wormhole():
+    scene = rooms_of_a_wormhole()
     assert scene.bidirectional_obstacle() is None
     both = pictures(scene, 32, 16, integrator="BIDIRECTIONAL", max_bounces=2)
     assert_equal_means(both, pictures(scene, 64, 16, max_bounces=2))
@@ -126,6 +132,28 @@ def test_room_around_two_holes():
     scene.commit()
     both = pictures(scene, 8, 16, integrator="BIDIRECTIONAL")
     assert_equal_means(both, pictures(scene, 32, 16))
+
+
+WAYS = [("BIDIRECTIONAL", "BOTH"), ("PATH", "CONNECTIONS"), ("PATH", "SCATTERING")]
+ROOMS = {  # and samples of each way
+    "flat": (room, (16, 32, 128)),
+    "hole": (lambda: room(spacetime=Spacetime.schwarzschild(0.15)), (16, 32, 128)),
+    "wormhole": (rooms_of_a_wormhole, (24, 48, 256)),
+}
+
+
+@pytest.mark.unsanitized
+@pytest.mark.parametrize("name", ROOMS)
+def test_chance_alone_finds_the_same_light(name):
+    """And so do connections alone."""
+    build, samples = ROOMS[name]
+    scene = build()
+    found = [
+        pictures(scene, n, 16, integrator=integrator, light_sampling=sampling, max_bounces=2)
+        for (integrator, sampling), n in zip(WAYS, samples, strict=True)
+    ]
+    for i in range(3):
+        assert_equal_means(found[i], found[i - 1], error_max=0.03)
 
 
 HEIGHT = 2.0  # of the lamp below
