@@ -48,8 +48,8 @@ def pictures(scene, samples, seeds, **settings):
 
 
 def assert_equal_means(a, b, error_max=0.02):
-    """Z-tests of the whole picture and of its sixteenths over independent pictures (n, SIZE, SIZE, 3), which must tell the
-    whole one to a relative error_max."""
+    """Z-tests of the whole picture and of its sixteenths over independent pictures (n, SIZE, SIZE, 3), which must tell
+    the whole one to a relative error_max."""
 
     def parts(p):
         blocks = p.reshape(len(p), 4, SIZE // 4, 4, SIZE // 4, 3).mean(axis=(2, 4, 5)).reshape(len(p), -1)
