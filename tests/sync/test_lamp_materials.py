@@ -15,6 +15,7 @@ from tests.engine.stage import blender  # noqa: F401 (a fixture)
 from tests.images.image_statistics import block_means, compare
 
 SEEDS, SAMPLES = 6, 192
+SAMPLES_BEHIND = 768  # rough glass is noisy in Cycles
 HEIGHT = 6  # pixels, of tiles and pictures
 ROW = ("diffuse", "metal", "glass")
 EXACT = 3e-4  # relative: what Cycles' BSDFs are off by in single precision, where a picture has hardly any noise
@@ -89,15 +90,15 @@ def add_lamp(kind, settings, behind=False) -> bpy.types.Object:
     return lamp
 
 
-def compare_tiles(names, tmp_path) -> None:
-    theirs, ours = cycles_pictures.noisy_pictures(tmp_path, SEEDS, SAMPLES)
+def compare_tiles(names, samples, tmp_path) -> None:
+    theirs, ours = cycles_pictures.noisy_pictures(tmp_path, SEEDS, samples)
     for i, name in enumerate(names):
         tile = np.s_[:, :, i * HEIGHT : (i + 1) * HEIGHT]
         a, b = block_means(theirs[tile], 2).mean(axis=0), block_means(ours[tile], 2).mean(axis=0)
         comparison = compare(theirs[tile], ours[tile], block=2)
         same = np.abs(b - a).max() <= EXACT * a.max()
         assert same or not comparison.differs(), (name, str(comparison))
-        assert a.mean() > 0 and comparison.precision < 0.01
+        assert a.mean() > 0 and comparison.precision < 0.004
         assert comparison.mean_b == pytest.approx(comparison.mean_a, rel=0.01), (name, str(comparison))
 
 
@@ -105,11 +106,11 @@ def compare_tiles(names, tmp_path) -> None:
 def test_lamp_before(name, tmp_path):
     build_tiles(ROW)
     add_lamp(*LAMPS[name])
-    compare_tiles(ROW, tmp_path)
+    compare_tiles(ROW, SAMPLES, tmp_path)
 
 
 @pytest.mark.parametrize("name", LAMPS)
 def test_lamp_behind(name, tmp_path):
     build_tiles(("glass",))
     add_lamp(*LAMPS[name], behind=True)
-    compare_tiles(("glass",), tmp_path)
+    compare_tiles(("glass",), SAMPLES_BEHIND, tmp_path)
