@@ -8,7 +8,7 @@ import meshes
 import numpy as np
 import pytest
 from bsdf_tools import chi_square_z
-from scenes import add, emission, look_at, new_scene, perspective, quad, render
+from scenes import add, emission, glass, look_at, new_scene, perspective, quad, render
 from test_direct_light import add_lamps, placed
 
 DRAWS = 100000
@@ -98,7 +98,7 @@ def test_starts_of_light_subpaths():
     """Triangles and the lamp by their chances, which sum up to 1 and go like the flux of triangles; places on the
     square even over its area; directions by the cosine to its normal, on its front alone; of the lamp all alike."""
     scene, tilted = subpath_scene()
-    u = np.random.default_rng(4).random((DRAWS, 5))
+    u = np.random.default_rng(4).random((DRAWS, 6))
     which, place, direction, probability = scene.draw_light_starts(u)
     rows, first, number = np.unique(which, axis=0, return_index=True, return_inverse=True)
     chance = probability[first, 0]
@@ -124,8 +124,27 @@ def test_starts_of_light_subpaths():
     assert abs(uniform_z(direction[lamp, 2] / 2 + 0.5, around, counts=(16, 16))) < 4
 
 
+def test_directions_aimed_at_glass():
+    """Half of a lamp's subpaths set out towards glass. Their densities say so: of 1 / density each of 16 x 16 equal
+    parts of the sphere has the same sum."""
+    scene = new_scene()
+    add_lamps(scene, (0, 0, 0))
+    add(scene, meshes.sphere(0.5, segments=24, rings=12), glass((1, 1, 1), 0.0, 1.5), at=placed(1.5, 0.4, 0.3))
+    scene.commit()
+    u = np.random.default_rng(8).random((DRAWS, 6))
+    _, _, direction, probability = scene.draw_light_starts(u)
+    density = probability[:, 1]
+    towards = direction @ (1.5, 0.4, 0.3) / np.linalg.norm((1.5, 0.4, 0.3)) > np.cos(np.arcsin(0.5 / 1.58))
+    assert abs(towards.mean() - 0.5) < 0.05 and density.min() > 0
+    row = np.floor((direction[:, 2] + 1) * 8 * (1 - 1e-12))
+    column = np.floor((np.arctan2(direction[:, 1], direction[:, 0]) / np.pi + 1) * 8 * (1 - 1e-12))
+    sums, squares = (np.bincount((16 * row + column).astype(int), density**-k, 256) for k in (1, 2))
+    z = (sums - DRAWS * 4 * np.pi / 256) / np.sqrt(squares - sums**2 / DRAWS)
+    assert abs(z).max() < 5 and abs((z**2).mean() - 1) < 5 * np.sqrt(2 / 256)
+
+
 def test_scenes_without_starts_are_errors():
     scene = new_scene((1, 1, 1))
     scene.commit()
     with pytest.raises(ValueError, match="no light starts anywhere"):
-        scene.draw_light_starts(np.zeros((1, 5)))
+        scene.draw_light_starts(np.zeros((1, 6)))

@@ -292,7 +292,7 @@ class RenderMethods:
     ) -> tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Where light subpaths start, for tests and diagnosis. The scene must be committed; ValueError if none starts.
 
-        u: (n, 5) in [0, 1): one for the light, two for the place on it, two for the direction. Returns (n, 3) kind (0
+        u: (n, 6) in [0, 1): one for the light, two for the place on it, three for the direction. Returns (n, 3) kind (0
         triangle, 1 lamp), index of instance or lamp, triangle or -1; (n, 3) places; (n, 3) directions; and (n, 2) the
         chance of the triangle or lamp, and the direction's pdf by solid angle.
         """

@@ -249,7 +249,7 @@ static PyObject *draw_light_starts(PyObject *self, PyObject *args)
   if (!scene) return NULL;
   if (!scene->committed) return PyErr_SetString(PyExc_RuntimeError, "scene: has edits without a commit"), NULL;
   if (!lights_any_start(scene->lights)) return PyErr_SetString(PyExc_ValueError, "scene: no light starts anywhere"), NULL;
-  Py_ssize_t numbers[] = {-1, 5}, rows[] = {-1, 3}, pairs[] = {-1, 2};
+  Py_ssize_t numbers[] = {-1, 6}, rows[] = {-1, 3}, pairs[] = {-1, 2};
   buffer b[5] = {0};
   PyObject *result = NULL;
   if (!buffer_get(&b[0], objects[0], "u", 'd', 2, numbers, BUFFER_FINITE) && (rows[0] = pairs[0] = numbers[0], 1) &&
@@ -257,7 +257,7 @@ static PyObject *draw_light_starts(PyObject *self, PyObject *args)
       !buffer_get(&b[2], objects[2], "place", 'd', 2, rows, BUFFER_WRITE) &&
       !buffer_get(&b[3], objects[3], "direction", 'd', 2, rows, BUFFER_WRITE) &&
       !buffer_get(&b[4], objects[4], "probability", 'd', 2, pairs, BUFFER_WRITE)) {
-    const double(*u)[5] = buffer_data(&b[0]);
+    const double(*u)[6] = buffer_data(&b[0]);
     int32_t(*which)[3] = buffer_data(&b[1]);
     double(*place)[3] = buffer_data(&b[2]), (*direction)[3] = buffer_data(&b[3]), (*probability)[2] = buffer_data(&b[4]);
     for (Py_ssize_t i = 0; i < rows[0]; i++) {
