@@ -242,8 +242,8 @@ def test_reciprocity(spin):
     assert np.max(angle_between(there["arrival"], -back["launch"])[same]) < 1e-6
     assert np.max(np.abs(there["frequency_ratio"] * back["frequency_ratio"] - 1)[same]) < 1e-6
     forth, home = (got["spread"] / got["frequency_ratio"] for got in (there, back))
-    assert np.quantile(np.abs(home / forth - 1)[same], 0.999) < 1e-6
-    assert np.median(np.abs(home / forth - 1)[same]) < 3e-9
+    assert np.quantile(np.abs(home / forth - 1)[same], 0.999) < 1e-8
+    assert np.median(np.abs(home / forth - 1)[same]) < 1e-9
 
 
 def test_the_limit_without_spin():

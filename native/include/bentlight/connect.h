@@ -53,7 +53,7 @@ typedef struct bent_connections {
    * Kerr: area that a ZAMO at b measures, any observer the same; spread / g is that of the way back in the hole of the
    * other spin. What rests in the chart moves past the ZAMO, with velocity v (bent_zamo_speed; against time, so along
    * +phi for positive spin): a piece of it with local area vector A gets rays from the solid angle
-   * |A.(n + v)| / (spread (1 + n.v)) at a, where n is the arrival. Relative error: 10 (median), 300 (99 %) times the
+   * |A.(n + v)| / (spread (1 + n.v)) at a, where n is the arrival. Relative error: 3 (median), 20 (99 %) times the
    * tolerance. */
   double *spread;
   double *frequency_ratio; /* g = nu(a) / nu(b) of light from b to a, both at rest: lapse(b) / lapse(a); Kerr: of
@@ -81,8 +81,8 @@ typedef struct bent_connections {
  * integrates the orbit by Taylor series, and its derivative by the slope, which is the deviation in the plane.
  * Kerr: Newton's method for launch direction and Mino time, from the orbit without spin between corresponding places;
  * the trials integrate the ray and its deviations by Taylor series. An image counts as found when the final trial, at
- * full precision, comes to b: `error` is its miss and what truncation and rounding may add. About 11 times the time of
- * an image pair without spin, 16 times near the horizon. */
+ * full precision, comes to b: `error` is its miss and what truncation and rounding may add. About 9 times the time of
+ * an image pair without spin, 13 times near the horizon. */
 bent_status bent_connect(const bent_spacetime *spacetime, size_t n, const double (*points_a)[3],
                          const double (*points_b)[3], size_t max_images, double min_share, double tolerance,
                          const bent_connections *out, bent_connection_count *count, bent_progress *progress,

@@ -6,8 +6,8 @@
  * Jacobian, is shorter. Where a ray surely passes the radius of b once on its last way, it stops there instead: beside the
  * horizon frame dragging hardly knows a Mino time. And rays are aimed inward, because outward ones leave the neighborhood of
  * the horizon only if they are launched well: where a is the inner end, b aims at a in the hole that spins the other way
- * (time runs backwards), and the ray that was found is launched back once more from a, to be measured. The last trial only
- * proves that the ray comes to b, and goes without derivatives.
+ * (time runs backwards), and the ray that was found is launched back once more from a, to be measured. The last trial proves
+ * that the ray comes to b, and its derivatives are the spread.
  */
 #ifndef BENT_SPACETIME_CONNECT_AIM_H
 #define BENT_SPACETIME_CONNECT_AIM_H
@@ -22,14 +22,16 @@ enum { AIM_TRIALS_MAX = 30 };
 #define AIM_STRETCH_MAX 0.6
 /* A miss from which on Newton's steps need no proof, and exchanged ends turn round. */
 #define AIM_NEAR 1e-5
-/* Derivatives do for the spread of the ray that is found if their error and the miss are below the first in units of the
- * tolerance, and the second in units of its square root. */
-#define AIM_CLOSE 100
-#define AIM_CLOSE_ROOT 0.1
+/* Truncation error of derivatives that become a spread, relative: the first in units of the tolerance, and at most the
+ * second in units of its square root. They are taken for that from trials on that probably miss, squared, by less than so
+ * many times this error. */
+#define AIM_TURN_FINEST 30
+#define AIM_TURN_FINEST_ROOT 0.03
+#define AIM_LAST 100
 /* Truncation error of a step of the first trial, and of the final one in units of the tolerance; of derivatives that only
  * aim, relative. */
 #define AIM_TRUNCATION_FIRST 1e-4
-#define AIM_TRUNCATION 1e-2
+#define AIM_TRUNCATION 5e-3
 #define AIM_TURN_TRUNCATION 1e-2
 
 /* What a ray is aimed by. */
@@ -48,7 +50,6 @@ typedef struct aim_task {
   aim_setting base, trial;      /* where Newton stands, and what is tried */
   lanes jacobian[3][3], step[3], length; /* at the base: of the end, see aim_shot; Newton's step and its size */
   lanes fresh;                  /* mask: there is no base */
-  lanes checks;                 /* mask: the trial is a check, see aim_check */
   lanes damping, truncation, turn_truncation, trials;
 } aim_task;
 
@@ -127,8 +128,8 @@ LANES_INLINE void aim_measure(const flow_place *b, lanes_mask sky, aim_shot *sho
   shot->missed = lanes_sqrt(size2[2]), shot->lever = lanes_sqrt(size2[0] + size2[1]);
 }
 
-/* Compares the end of the ray, which has derivatives by `turns` angles, with b. */
-LANES_INLINE void aim_compare(const flow_hole *hole, const flow_place *b, lanes_mask sky, int turns, aim_shot *shot)
+/* Compares the end of the ray, which has its derivatives, with b. */
+LANES_INLINE void aim_compare(const flow_hole *hole, const flow_place *b, lanes_mask sky, aim_shot *shot)
 {
   const lanes *target = b->n;
   const flow_ray *ray = &shot->ray;
@@ -149,7 +150,7 @@ LANES_INLINE void aim_compare(const flow_hole *hole, const flow_place *b, lanes_
     shot->error[1 + i] = ratio * lanes_dot(across[i], toward);
   }
   shot->error[0] = b->w - w;
-  for (int j = turns ? 0 : 2; j < 3; j++) {
+  for (int j = 0; j < 3; j++) {
     const lanes turn = j < 2 ? ray->drag.by[j < 2 ? j : 0] : drag_rate;
     lanes change[3], moved[3];
     for (int k = 0; k < 3; k++) change[k] = j < 2 ? ray->n[k].by[j < 2 ? j : 0] : ray->m[k].value;
@@ -295,6 +296,7 @@ LANES_INLINE lanes aim_floor(const aim_task *t, const aim_shot *shot)
 typedef struct aim_result {
   lanes_mask found, lost; /* the search is over */
   lanes error;            /* estimated miss */
+  lanes steps;            /* that the next trial will take, about */
   aim_setting aimed;      /* at the ray that was found, by the last shot */
 } aim_result;
 
@@ -305,10 +307,10 @@ LANES_INLINE lanes aim_finest(const aim_task *t, const aim_shot *shot, double to
   return lanes_max(lanes_min(share, lanes_all(1e-6)), lanes_all(1e-16));
 }
 
-/* See AIM_CLOSE. */
-LANES_INLINE lanes aim_close(double tolerance)
+/* See AIM_TURN_FINEST. */
+LANES_INLINE lanes aim_turn_finest(double tolerance)
 {
-  return lanes_all(fmin(AIM_CLOSE * tolerance, AIM_CLOSE_ROOT * sqrt(tolerance)));
+  return lanes_all(fmin(AIM_TURN_FINEST * tolerance, AIM_TURN_FINEST_ROOT * sqrt(tolerance)));
 }
 
 /* Sets the step that follows an accepted trial, whose Newton step is `step` where that is known. */
@@ -332,68 +334,36 @@ LANES_INLINE aim_result aim_try(aim_task *t, double tolerance, lanes_mask busy, 
 {
   *shot = aim_shoot(t, FLOW_TURNS);
   const flow_hole hole = flow_hole_of(t->spin);
-  aim_compare(&hole, &t->b, (lanes_mask)t->sky, FLOW_TURNS, shot);
+  aim_compare(&hole, &t->b, (lanes_mask)t->sky, shot);
   lanes inverse[3][3], at_base[3][3], step[3], moved[3];
   aim_invert(shot->jacobian, t->trial.time, inverse);
   aim_invert(t->jacobian, t->base.time, at_base);
   const lanes length = aim_step(inverse, shot->error, step), shorter = aim_step(at_base, shot->error, moved);
   const lanes_mask fresh = (lanes_mask)t->fresh, exchanged = (lanes_mask)t->exchanged;
   const lanes floor = aim_floor(t, shot), finest = aim_finest(t, shot, tolerance), missed = shot->missed;
-  const lanes close = aim_close(tolerance);
+  const lanes turn_finest = aim_turn_finest(tolerance), truncation = t->truncation, turn_truncation = t->turn_truncation;
   const lanes_mask better = fresh | (shorter <= (1 - 0.25 * t->damping) * t->length) | (missed <= AIM_NEAR);
   const lanes_mask known = lanes_is_finite(length), hit = (missed <= 0.1 * tolerance) | (missed <= floor);
   const lanes_mask accept = busy & shot->whole & better & (known | hit);
   aim_result result = {.error = floor + missed, .aimed = t->trial};
-  result.found = accept & hit & (t->truncation <= 1.1 * finest) & (t->turn_truncation <= close) & ~exchanged &
+  result.found = accept & hit & (t->truncation <= 1.1 * finest) & (t->turn_truncation <= turn_finest) & ~exchanged &
                  ~shot->beyond;
   const lanes_mask turns = accept & exchanged & (missed < AIM_NEAR);
 
   aim_accept(t, shot, accept, known, step, length);
   for (int i = 0; i < 3; i++) moved[i] = t->damping * t->step[i];
   t->trial = aim_moved(&t->base, moved);
-  const lanes_mask near = (missed <= close) & (t->turn_truncation <= close);
-  const lanes_mask checks = accept & known & near & ~exchanged & (t->damping == 1);
-  t->checks = (lanes)checks;
   const lanes wanted = lanes_max(1e-1 * missed * missed * t->calm * shot->narrow, finest);
-  const lanes finer = lanes_min(lanes_select(checks, finest, wanted), t->truncation);
-  t->truncation = lanes_select(accept & (missed < 0.1) & ~exchanged, finer, t->truncation);
-  const lanes_mask last = accept & (missed * missed <= close);
-  t->turn_truncation = lanes_select(last, lanes_min(t->turn_truncation, close), t->turn_truncation);
+  t->truncation = lanes_select(accept & (missed < 0.1) & ~exchanged, lanes_min(wanted, truncation), truncation);
+  const lanes_mask last = accept & (missed * missed <= AIM_LAST * turn_finest);
+  t->turn_truncation = lanes_select(last, lanes_min(turn_truncation, turn_finest), turn_truncation);
+  result.steps = shot->steps * lanes_max(lanes_rough_root(truncation / t->truncation, 1.0 / FLOW_ORDER),
+                                         lanes_rough_root(turn_truncation / t->turn_truncation, 1.0 / FLOW_TURN_ORDER));
 
   t->trials += 1;
   if (lanes_any(turns)) aim_turn_round(t, shot, turns);
   result.lost = busy & ~turns & ~result.found &
                 ((fresh & ~accept) | (t->damping < AIM_DAMPING_MIN) | (t->trials >= AIM_TRIALS_MAX));
-  return result;
-}
-
-/* The last trial, of lanes in `busy` that have come so near that the derivatives at the base will do for its spread: it has
- * none. If it misses nevertheless, the same derivatives aim once more, or a trial with its own starts again from here. */
-LANES_INLINE aim_result aim_check(aim_task *t, double tolerance, lanes_mask busy, aim_shot *shot)
-{
-  *shot = aim_shoot(t, 0);
-  const flow_hole hole = flow_hole_of(t->spin);
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++) shot->jacobian[i][j] = t->jacobian[i][j];
-  aim_compare(&hole, &t->b, (lanes_mask)t->sky, 0, shot);
-  const lanes floor = aim_floor(t, shot), finest = aim_finest(t, shot, tolerance);
-  const lanes_mask hit = (shot->missed <= 0.1 * tolerance) | (shot->missed <= floor);
-  aim_result result = {.error = floor + shot->missed, .aimed = t->trial};
-  result.found = busy & shot->whole & hit & (t->truncation <= 1.1 * finest) & ~shot->beyond;
-
-  lanes inverse[3][3], more[3];
-  aim_invert(t->jacobian, t->base.time, inverse);
-  const lanes length = aim_step(inverse, shot->error, more);
-  const lanes_mask again = shot->whole & (length <= 0.1 * t->length);
-  for (int i = 0; i < 3; i++) t->step[i] += lanes_select(again, more[i], lanes_all(0));
-  const aim_setting next = aim_moved(&t->base, t->step);
-  aim_select(again, &next, &t->trial);
-  t->length = lanes_select(again, length, t->length);
-  t->truncation = lanes_min(t->truncation, finest);
-  t->checks = (lanes)((lanes_mask)t->checks & again);
-  t->fresh = (lanes)((lanes_mask)t->fresh | (busy & ~again));
-  t->trials += 1;
-  result.lost = busy & ~result.found & (t->trials >= AIM_TRIALS_MAX);
   return result;
 }
 #endif

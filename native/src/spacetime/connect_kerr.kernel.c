@@ -30,36 +30,49 @@ typedef struct block {
   int attempt[CONNECT_BLOCK];
 } block;
 
-/* What a search may wait for: a guess by each rule, a trial, a check. */
-enum { WORK_GUESS = 0, WORK_TRIAL = GUESS_ATTEMPTS, WORK_CHECK, WORK_KINDS };
+/* What a search may wait for: a guess by each rule, a trial. */
+enum { WORK_GUESS = 0, WORK_TRIAL = GUESS_ATTEMPTS, WORK_KINDS };
 
-/* Searches that wait for the same work; those whose last ray took most steps come last. */
+/* Searches that wait for the same work, by the number of steps that it will take, about. The shortest go first, and come
+ * back with longer work: so all are about as far, and there are always some of about the same length to share the lanes. */
+enum { LENGTHS = 64 };
 typedef struct queue {
   size_t count;
-  uint32_t pair[CONNECT_BLOCK];
-  double steps[CONNECT_BLOCK];
+  int shortest; /* none that waits is shorter */
+  int32_t first[LENGTHS], next[CONNECT_BLOCK]; /* pairs: by length, and after each pair; -1: no more */
 } queue;
+
+static void clear(queue *q)
+{
+  q->count = 0, q->shortest = LENGTHS;
+  for (int i = 0; i < LENGTHS; i++) q->first[i] = -1;
+}
 
 static void enter(queue *q, uint32_t pair, double steps)
 {
-  size_t at = q->count++;
-  for (; at > 0 && q->steps[at - 1] > steps; at--) q->pair[at] = q->pair[at - 1], q->steps[at] = q->steps[at - 1];
-  q->pair[at] = pair, q->steps[at] = steps;
+  const int length = (int)fmin(fmax(steps, 0), LENGTHS - 1);
+  q->next[pair] = q->first[length], q->first[length] = (int32_t)pair;
+  if (length < q->shortest) q->shortest = length;
+  q->count++;
 }
 
-/* Takes up to LANES of the last; returns how many. */
+/* Takes up to LANES of the shortest; returns how many. */
 static size_t leave(queue *q, uint32_t pairs[LANES])
 {
-  const size_t n = q->count < LANES ? q->count : LANES;
-  q->count -= n;
-  for (size_t i = 0; i < n; i++) pairs[i] = q->pair[q->count + i];
+  size_t n = 0;
+  for (; n < LANES && q->count > 0; n++, q->count--) {
+    while (q->first[q->shortest] < 0) q->shortest++;
+    pairs[n] = (uint32_t)q->first[q->shortest];
+    q->first[q->shortest] = q->next[pairs[n]];
+  }
   return n;
 }
 
-/* The work to do next: what fills the lanes; otherwise such as may lead to more for the others. -1: none is left. */
+/* The work to do next: what fills the lanes, guesses first; otherwise such as may lead to more for the others. -1: none is
+ * left. */
 static int next_work(const queue queues[WORK_KINDS])
 {
-  for (int kind = WORK_KINDS - 1; kind >= 0; kind--)
+  for (int kind = 0; kind < WORK_KINDS; kind++)
     if (queues[kind].count >= LANES) return kind;
   if (queues[WORK_TRIAL].count) return WORK_TRIAL;
   for (int kind = 0; kind < WORK_KINDS; kind++)
@@ -184,16 +197,15 @@ static void conclude(block *block, uint32_t pair, int order, queue queues[WORK_K
     enter(&queues[WORK_GUESS + block->attempt[pair]], pair, 0);
 }
 
-/* A trial or check of n <= LANES pairs. */
-static void aim(block *block, const uint32_t *pairs, size_t n, int order, int checks, queue queues[WORK_KINDS])
+/* A trial of n <= LANES pairs. */
+static void aim(block *block, const uint32_t *pairs, size_t n, int order, queue queues[WORK_KINDS])
 {
   aim_task t;
   aim_shot shot;
   for (size_t i = 0; i < LANES; i++) /* idle lanes hold valid numbers */
     aim_load(&t, (int)i, &block->searches[pairs[i < n ? i : 0]]);
   const lanes_mask busy = lanes_mask_from_bits((1u << n) - 1);
-  const double tolerance = block->request->tolerance;
-  const aim_result result = checks ? aim_check(&t, tolerance, busy, &shot) : aim_try(&t, tolerance, busy, &shot);
+  const aim_result result = aim_try(&t, block->request->tolerance, busy, &shot);
   const lanes_mask done = result.found | result.lost;
   if (lanes_any(done)) report(block, &t, &shot, &result, pairs, order);
   for (size_t i = 0; i < n; i++) {
@@ -202,7 +214,7 @@ static void aim(block *block, const uint32_t *pairs, size_t n, int order, int ch
       continue;
     }
     aim_save(&t, (int)i, &block->searches[pairs[i]]);
-    enter(&queues[((lanes_mask)t.checks)[i] ? WORK_CHECK : WORK_TRIAL], pairs[i], shot.steps[i]);
+    enter(&queues[WORK_TRIAL], pairs[i], result.steps[i]);
   }
 }
 
@@ -210,13 +222,13 @@ static void aim(block *block, const uint32_t *pairs, size_t n, int order, int ch
 static void find_images(block *block, const uint32_t *wanted, size_t n, int order)
 {
   queue queues[WORK_KINDS];
-  for (int kind = 0; kind < WORK_KINDS; kind++) queues[kind].count = 0;
+  for (int kind = 0; kind < WORK_KINDS; kind++) clear(&queues[kind]);
   for (size_t k = 0; k < n; k++) enter(&queues[WORK_GUESS], wanted[k], 0);
   for (int kind; (kind = next_work(queues)) >= 0;) {
     uint32_t pairs[LANES];
     const size_t count = leave(&queues[kind], pairs);
     if (kind < WORK_TRIAL) guess(block, pairs, count, order, kind - WORK_GUESS, queues);
-    else aim(block, pairs, count, order, kind == WORK_CHECK, queues);
+    else aim(block, pairs, count, order, queues);
   }
 }
 
