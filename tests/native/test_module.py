@@ -1,7 +1,6 @@
 """The native module's face: every name of the C module is documented and typed, every wrapper too."""
 
 import ast
-import ctypes
 import gc
 import inspect
 from pathlib import Path
@@ -10,6 +9,7 @@ import bentlight_native
 import numpy as np
 import pytest
 from bentlight_native import _core
+from heap import allocated_bytes
 
 STUB = Path(_core.__file__).with_name("_core.pyi")
 
@@ -54,19 +54,6 @@ def test_every_wrapper_has_a_docstring_and_type_hints():
             hints = inspect.signature(value)
             assert hints.return_annotation is not inspect.Signature.empty, name
             assert all(p.annotation is not inspect.Parameter.empty for p in hints.parameters.values()), name
-
-
-def allocated_bytes():
-    """What the C heap holds now, as glibc counts it."""
-
-    class Mallinfo2(ctypes.Structure):
-        names = "arena ordblks smblks hblks hblkhd usmblks fsmblks uordblks fordblks keepcost"
-        _fields_ = [(name, ctypes.c_size_t) for name in names.split()]
-
-    libc = ctypes.CDLL(None)
-    libc.mallinfo2.restype = Mallinfo2
-    info = libc.mallinfo2()
-    return info.uordblks + info.hblkhd
 
 
 def committed_scene():
