@@ -369,7 +369,7 @@ def test_light_sampling_reaches_the_core(value):
 
 
 def test_ways_of_light_sampling_agree(tmp_path):
-    """The same means; and both together are less noisy than the noisier of them alone."""
+    """The same means; what the noise of each should be is known in tests/native/test_weights.py."""
     wall()
     stand("AREA", size=2.0).visible_camera = False
     scene = bpy.context.scene
@@ -380,5 +380,3 @@ def test_ways_of_light_sampling_agree(tmp_path):
     for way in ("SCATTERING", "CONNECTIONS"):
         comparison = compare(pictures["BOTH"], pictures[way])
         assert not comparison.differs(), str(comparison)
-    noise = {way: p.std(axis=0).mean() for way, p in pictures.items()}
-    assert noise["BOTH"] < max(noise["SCATTERING"], noise["CONNECTIONS"])
