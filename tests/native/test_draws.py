@@ -1,4 +1,5 @@
-"""Chi-square tests of what is drawn for the camera, suns and light subpaths.
+"""Chi-square tests of what is drawn for the camera, suns, light subpaths, directions through mouths of wormholes, and
+of which connections are listed.
 
 Others: the sampler (test_sampler.py), lobes (test_bsdf.py, test_subsurface.py), the choice of lights, places on them
 and directions of the sky (test_direct_light.py).
@@ -7,9 +8,14 @@ and directions of the sky (test_direct_light.py).
 import meshes
 import numpy as np
 import pytest
-from bsdf_tools import chi_square_z
+from bentlight_native import Spacetime
+from bsdf_tools import Grid, chi_square_z, direction, glossy, material
+from bsdf_tools import diffuse as white
+from bsdf_tools import glass as rough_glass
 from scenes import add, emission, glass, look_at, new_scene, perspective, quad, render
 from test_direct_light import add_lamps, placed
+from test_join_lenses import box
+from test_portal import glowing_room, open_mouth
 
 DRAWS = 100000
 
@@ -148,3 +154,107 @@ def test_scenes_without_starts_are_errors():
     scene.commit()
     with pytest.raises(ValueError, match="no light starts anywhere"):
         scene.draw_light_starts(np.zeros((1, 6)))
+
+
+# ---- Mouths of wormholes ----
+
+
+def bright_room(closures):
+    """A lone wormhole in a room that shines brighter than what is beyond."""
+    scene = new_scene()
+    scene.set_spacetime(Spacetime.ellis(0.5))
+    add(scene, box(4.0), emission((5, 5, 5)))
+    return scene
+
+
+# Where a surface looks at mouths, and the room: at one mouth of a pair from outside its sphere and from within, at a
+# lone one, and through it from beyond.
+LOOKS = {
+    "outside": (glowing_room, (-1, -2.5, 1.2)),
+    "in its sphere": (glowing_room, (0.4, -1.0, 0.3)),
+    "bent": (open_mouth, (1.1, 0.4, -1.5)),
+    "beyond": (bright_room, (0.06, -0.1, 0.16)),
+}
+SURFACES = {
+    "diffuse": (white(0.8),),
+    "metal": (glossy(0.9, 0.7, distribution="GGX"),),
+    "glass": (white(0.4), rough_glass(0.4, 0.8, 1.3, distribution="GGX")),
+}
+
+
+@pytest.mark.parametrize("surface", SURFACES)
+@pytest.mark.parametrize("look", LOOKS)
+def test_directions_through_mouths(look, surface):
+    """Directions of the mixture of lobes and mouths by its density, which integrates to 1 with what is absorbed; and
+    the weight that goes with a direction is the value over that density."""
+    build, place = LOOKS[look]
+    scene = build([])
+    index = material(*SURFACES[surface], scene=scene)
+    scene.commit()
+    towards_center = -np.sign(place[2]) if look != "beyond" else 1.0
+    normal = (0.0, 0.0, towards_center)
+    point = {"position": place, "normal": normal, "geometric_normal": normal, "wo": direction(0.8, 0.5) * normal[2]}
+    grid = Grid(rows=16, columns=16, fine=40)
+    directions = grid.directions()
+    value, pdf = scene.evaluate_bsdf(index, directions.reshape(-1, 3), portals=True, **point)
+    lobes = scene.evaluate_bsdf(index, directions.reshape(-1, 3), **point)[1]
+    mouths = 1 - np.min(pdf[lobes > 0] / lobes[lobes > 0])  # how often a mouth is drawn
+    assert 0.01 < mouths < 0.76
+    integral, absorbed = pdf.mean() * 4 * np.pi, 1 - lobes.mean() * 4 * np.pi
+    assert integral == pytest.approx(mouths + (1 - mouths) * (1 - absorbed), abs=2e-3)
+    drawn = scene.draw_bsdf(index, np.random.default_rng(9).random((DRAWS, 3)), portals=True, **point)
+    kept = drawn.lobe != 0
+    again, density = scene.evaluate_bsdf(index, drawn.wi[kept], portals=True, **point)
+    np.testing.assert_allclose(drawn.pdf[kept], density, rtol=1e-12)
+    np.testing.assert_allclose(drawn.weight[kept], again / density[:, None], rtol=1e-9, atol=1e-12)
+    shines = (value > 0).any(axis=1)
+    chance = np.where(shines, pdf, 0).reshape(directions.shape[:3]).mean(axis=2).ravel() * grid.cell
+    observed = np.append(grid.count(drawn.wi[kept]), (~kept).sum())
+    expected = np.append(chance, max(1 - chance.sum(), 0)) * DRAWS
+    assert chi_square_z(observed, expected) < 4
+
+
+# ---- Connections ----
+
+
+@pytest.mark.parametrize("sky", [False, True])
+@pytest.mark.parametrize(("a", "b"), [((2.5, 0, 0), (-1, 2.5, 1)), ((1, 0, 0), (-1, 2.5, 1))])
+def test_images_are_listed_by_their_chances(a, b, sky):
+    """One, two, or all: as often as the listed images say; what is left of the number that decides is even again."""
+    scene = new_scene()
+    scene.set_spacetime(Spacetime.schwarzschild(0.3))
+    scene.commit()
+    end = np.array(b) / np.linalg.norm(b) if sky else b
+    full = scene.join([a], [end], sky=sky)
+    chance, images = full["image_chance"][0], full["count"][0]
+    assert images > 2 and chance[0] == 1 > chance[1] > chance[2] > 0
+    u = np.random.default_rng(10).random(DRAWS)
+    joints = scene.join(np.tile(a, (DRAWS, 1)), np.tile(end, (DRAWS, 1)), sky=sky, u=u)
+    count, rest = joints["count"], joints["rest"]
+    assert set(count) == {1, 2, images}
+    level = np.searchsorted([1, 2, images], count)
+    observed = cells(level / 3, rest, counts=(3, 20))
+    share = np.array([1 - chance[1], chance[1] - chance[2], chance[2]])
+    assert abs(chi_square_z(observed, DRAWS * np.repeat(share / 20, 20))) < 4
+
+
+def test_ways_are_tried_by_their_chances():
+    """Of the ways between two places on both sides of a hole's sphere, straight and bent, all combinations come as
+    often as the product of the chances given, and the number that decides is even again."""
+    scene = new_scene()
+    scene.set_spacetime_objects([(Spacetime.schwarzschild(0.15), placed(0, 0, 0), 1.0, -1)])
+    scene.commit()
+    chances = np.array([0.3, 0.7, 0.5])  # straight, by way of the hole, through it: there is no such way
+    a, b = (-3, 1.2, 0), (3, 1.1, 0)  # the straight way passes by outside
+    full = scene.join([a], [b])
+    assert set(full["way"][0, : full["count"][0]]) == {0, 1}
+    u = np.random.default_rng(14).random(DRAWS)
+    joints = scene.join(np.tile(a, (DRAWS, 1)), np.tile(b, (DRAWS, 1)), u=u, way_chances=np.tile(chances, (DRAWS, 1)))
+    present = [(joints["way"] == way).any(axis=1) for way in (0, 1)]
+    # around the hole there is but the second image, which is listed by a chance of its own
+    second = full["image_chance"][0][full["way"][0] == 1]
+    share = [chances[0], chances[1] * second.max()]
+    assert all(np.all(joints["chance"][joints["way"] == way] == chances[way]) for way in (0, 1))
+    observed = cells(present[0] / 2, present[1] / 2, joints["rest"], counts=(2, 2, 10))
+    expected = np.outer([1 - share[0], share[0]], [1 - share[1], share[1]]).ravel()
+    assert abs(chi_square_z(observed, DRAWS * np.repeat(expected / 10, 10))) < 4

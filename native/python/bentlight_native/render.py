@@ -303,24 +303,39 @@ class RenderMethods:
         self._draw_light_starts(u, which, place, direction, probability)
         return which, place, direction, probability
 
-    def join(self, points: ArrayLike, ends: ArrayLike, *, sky: bool = False, far: bool = False) -> dict[str, NDArray]:
+    def join(
+        self,
+        points: ArrayLike,
+        ends: ArrayLike,
+        *,
+        sky: bool = False,
+        far: bool = False,
+        u: ArrayLike | None = None,
+        way_chances: ArrayLike | None = None,
+    ) -> dict[str, NDArray]:
         """The rays that the renderer knows to join places, for tests and diagnosis. The scene must be committed.
 
         points, ends: (n, 3) world positions; with sky, ends are unit asymptotic directions, of the skies beyond
-        wormholes without exit with far. Returns "count" (n,) and, for each pair in places 0 .. count - 1 of 16, the
-        others NaN or -1: "launch", "arrival" (n, 16, 3) local directions of travel, "spread" (n, 16) local area at the
-        end (solid angle of sky) per solid angle of launch, "swept" (n, 8), and "first_lens", "borders",
-        "length" as ``intersect`` has them, and "chance": with more than 16 rays some of the faintest are left out by
-        chance, by which others that stand for them are to be divided.
+        wormholes without exit with far. u: (n,) in [0, 1) decides what is listed, as in a render; None lists all.
+        way_chances: (n, 1 + 2 lenses) in (0, 1]: those with which the straight way and, by way of each lens, that on
+        this side and that through its throat are tried; None: all are.
+        Returns "count" (n,), "rest" (n,), what u has left for further decisions, and for each pair in places
+        0 .. count - 1 of 16, the others NaN or -1: "launch", "arrival" (n, 16, 3) local directions of travel, "spread"
+        (n, 16) local area at the end (solid angle of sky) per solid angle of launch, "swept" (n, 16), and "first_lens",
+        "borders", "length" as ``intersect`` has them; "chance", with which the way, number "way", was tried; with more
+        than 16 rays also some of the faintest are left out by chance, by which others that stand for them are to be
+        divided; and "image_chance", with which such an image of a way that is tried is listed.
         """
         points, ends = (np.ascontiguousarray(a, dtype=np.float64) for a in (points, ends))
-        shape = len(points), 16
-        out = {"count": np.empty(len(points), np.int32)}
+        given = (None if a is None else np.ascontiguousarray(a, dtype=np.float64) for a in (u, way_chances))
+        n, shape = len(points), (len(points), 16)
+        out = {"count": np.empty(n, np.int32), "rest": np.empty(n)}
         out |= {name: np.full((*shape, 3), np.nan) for name in ("launch", "arrival")}
         out |= {name: np.full(shape, np.nan) for name in ("spread", "swept")}
         out |= {"first_lens": np.full(shape, -1, np.int32), "borders": np.zeros(shape, np.uint32)}
-        out |= {name: np.full(shape, np.nan) for name in ("length", "chance")}
-        self._join(points, ends, sky, far, *out.values())
+        out |= {name: np.full(shape, np.nan) for name in ("length", "chance", "image_chance")}
+        out["way"] = np.full(shape, -1, np.int32)
+        self._join(sky, far, points, ends, *given, *out.values())
         return out
 
     def render_tile(

@@ -113,18 +113,19 @@ class ShadingMethods:
         self._shade(material, rows, np.stack([matrix, np.linalg.inv(matrix)]), results)
         return {"emission": results[:, :3], "albedo": results[:, 3:]}
 
-    def draw_bsdf(self, material: int, u: ArrayLike, **point: ArrayLike) -> Samples:
-        """Draws directions at one point from random numbers u (n, 3) in [0, 1)."""
+    def draw_bsdf(self, material: int, u: ArrayLike, portals: bool = False, **point: ArrayLike) -> Samples:
+        """Draws directions at one point from random numbers u (n, 3) in [0, 1). portals: as the renderer does with
+        portal_sampling, some through the mouths of wormholes; the scene must be committed."""
         u = np.ascontiguousarray(u, np.float64)
         samples = np.zeros((len(u), 8))
-        self._draw_bsdf(material, _point_rows(point)[0], u, samples)
+        self._draw_bsdf(material, _point_rows(point)[0], u, samples, portals)
         return Samples(samples[:, :3], samples[:, 3:6], samples[:, 6], samples[:, 7].astype(np.uint8))
 
     def evaluate_bsdf(
-        self, material: int, wi: ArrayLike, **point: ArrayLike
+        self, material: int, wi: ArrayLike, portals: bool = False, **point: ArrayLike
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """f(wo, wi) |cos| (n, 3) without delta lobes, and the pdf (n,) of draw_bsdf, for wi (n, 3) at one point."""
         wi = np.ascontiguousarray(wi, np.float64)
         values = np.zeros((len(wi), 4))
-        self._evaluate_bsdf(material, _point_rows(point)[0], wi, values)
+        self._evaluate_bsdf(material, _point_rows(point)[0], wi, values, portals)
         return values[:, :3], values[:, 3]

@@ -275,62 +275,76 @@ static PyObject *draw_light_starts(PyObject *self, PyObject *args)
   return result;
 }
 
-/* Joins n <= JOIN_BLOCK pairs from number `first` of the arrays that join() has. */
+/* The arrays of join(), in its order. */
+enum { JOIN_POINTS, JOIN_ENDS, JOIN_U, JOIN_CHANCES, JOIN_COUNT, JOIN_REST, JOIN_LAUNCH, JOIN_ARRIVAL, JOIN_SPREAD,
+       JOIN_SWEPT, JOIN_FIRST_LENS, JOIN_BORDERS, JOIN_LENGTH, JOIN_CHANCE, JOIN_IMAGE_CHANCE, JOIN_WAY, JOIN_ARRAYS };
+static const struct {
+  const char *name;
+  char format;
+  int dimensions, flags;
+} JOIN_KINDS[JOIN_ARRAYS] = {
+    {"points", 'd', 2, BUFFER_FINITE}, {"ends", 'd', 2, BUFFER_FINITE}, {"u", 'd', 1, BUFFER_FINITE | BUFFER_OPTIONAL},
+    {"way_chances", 'd', 2, BUFFER_FINITE | BUFFER_OPTIONAL}, {"count", 'i', 1, BUFFER_WRITE}, {"rest", 'd', 1, BUFFER_WRITE},
+    {"launch", 'd', 3, BUFFER_WRITE}, {"arrival", 'd', 3, BUFFER_WRITE}, {"spread", 'd', 2, BUFFER_WRITE},
+    {"swept", 'd', 2, BUFFER_WRITE}, {"first_lens", 'i', 2, BUFFER_WRITE}, {"borders", 'I', 2, BUFFER_WRITE},
+    {"length", 'd', 2, BUFFER_WRITE}, {"chance", 'd', 2, BUFFER_WRITE}, {"image_chance", 'd', 2, BUFFER_WRITE},
+    {"way", 'i', 2, BUFFER_WRITE}};
+
+/* Joins n <= JOIN_BLOCK pairs from number `first`. */
 enum { JOIN_BLOCK = 64 };
 static void join_block(const bent_scene *scene, const buffer *b, size_t first, size_t n, int sky, int far)
 {
-  const double(*points)[3] = buffer_data(&b[0]), (*ends)[3] = buffer_data(&b[1]);
+  const double(*points)[3] = buffer_data(&b[JOIN_POINTS]), (*ends)[3] = buffer_data(&b[JOIN_ENDS]);
+  const double *decisions = buffer_data(&b[JOIN_U]), *chances = buffer_data(&b[JOIN_CHANCES]);
   vec3 from[JOIN_BLOCK], to[JOIN_BLOCK];
-  double all[JOIN_BLOCK]; /* too small to leave out any, but different, for what is too much */
+  double u[JOIN_BLOCK];
+  const double *tried[JOIN_BLOCK];
   joints found[JOIN_BLOCK];
-  for (size_t i = 0; i < n; i++) all[i] = 1e-200 * (double)(first + i);
-  for (size_t i = 0; i < n; i++) from[i] = v3_from(points[first + i]), to[i] = v3_from(ends[first + i]);
-  if (sky) join_sky(scene->geometry, n, from, to, all, far, found);
-  else join_points(scene->geometry, n, from, to, all, found);
   for (size_t i = 0; i < n; i++) {
-    ((int32_t *)buffer_data(&b[2]))[first + i] = found[i].count;
+    from[i] = v3_from(points[first + i]), to[i] = v3_from(ends[first + i]);
+    /* without decisions: too small to leave out any, but different, for what is too much */
+    u[i] = decisions ? decisions[first + i] : 1e-200 * (double)(first + i);
+    tried[i] = chances ? chances + (first + i) * joint_ways(scene->geometry) : NULL;
+  }
+  join_by_chance(scene->geometry, n, from, to, u, tried, sky, far, found);
+  for (size_t i = 0; i < n; i++) {
+    ((int32_t *)buffer_data(&b[JOIN_COUNT]))[first + i] = found[i].count;
+    ((double *)buffer_data(&b[JOIN_REST]))[first + i] = found[i].rest;
     for (int k = 0; k < found[i].count; k++) {
       const joint *j = &found[i].list[k];
       const size_t at = (first + i) * JOINTS_MAX + (size_t)k;
-      v3_to(((double(*)[3])buffer_data(&b[3]))[at], j->launch);
-      v3_to(((double(*)[3])buffer_data(&b[4]))[at], j->arrival);
-      ((double *)buffer_data(&b[5]))[at] = j->spread;
-      ((double *)buffer_data(&b[6]))[at] = j->swept;
-      ((int32_t *)buffer_data(&b[7]))[at] = j->first_lens;
-      ((uint32_t *)buffer_data(&b[8]))[at] = j->borders;
-      ((double *)buffer_data(&b[10]))[at] = j->way_chance;
-      ((double *)buffer_data(&b[9]))[at] = sky ? INFINITY : join_length(scene->geometry, from[i], to[i], j);
+      v3_to(((double(*)[3])buffer_data(&b[JOIN_LAUNCH]))[at], j->launch);
+      v3_to(((double(*)[3])buffer_data(&b[JOIN_ARRIVAL]))[at], j->arrival);
+      ((double *)buffer_data(&b[JOIN_SPREAD]))[at] = j->spread;
+      ((double *)buffer_data(&b[JOIN_SWEPT]))[at] = j->swept;
+      ((int32_t *)buffer_data(&b[JOIN_FIRST_LENS]))[at] = j->first_lens;
+      ((uint32_t *)buffer_data(&b[JOIN_BORDERS]))[at] = j->borders;
+      ((double *)buffer_data(&b[JOIN_LENGTH]))[at] = sky ? INFINITY : join_length(scene->geometry, from[i], to[i], j);
+      ((double *)buffer_data(&b[JOIN_CHANCE]))[at] = j->way_chance;
+      ((double *)buffer_data(&b[JOIN_IMAGE_CHANCE]))[at] = j->chance;
+      ((int32_t *)buffer_data(&b[JOIN_WAY]))[at] = (int32_t)joint_way(j);
     }
   }
 }
 
-/* _join(points, ends, sky, far, count, launch, arrival, spread, swept, first_lens, borders, length, chance) */
+/* _join(sky, far, the arrays of JOIN_KINDS) */
 static PyObject *join(PyObject *self, PyObject *args)
 {
-  enum { ARRAYS = 11 };
-  static const struct {
-    const char *name;
-    char format;
-    int dimensions, flags;
-  } KINDS[ARRAYS] = {{"points", 'd', 2, BUFFER_FINITE}, {"ends", 'd', 2, BUFFER_FINITE}, {"count", 'i', 1, BUFFER_WRITE},
-                     {"launch", 'd', 3, BUFFER_WRITE}, {"arrival", 'd', 3, BUFFER_WRITE},
-                     {"spread", 'd', 2, BUFFER_WRITE}, {"swept", 'd', 2, BUFFER_WRITE},
-                     {"first_lens", 'i', 2, BUFFER_WRITE}, {"borders", 'I', 2, BUFFER_WRITE},
-                     {"length", 'd', 2, BUFFER_WRITE}, {"chance", 'd', 2, BUFFER_WRITE}};
-  PyObject *in[ARRAYS];
+  PyObject *in[JOIN_ARRAYS];
   int sky, far, bad = 0;
-  if (!PyArg_ParseTuple(args, "OOppOOOOOOOOO:join", &in[0], &in[1], &sky, &far, &in[2], &in[3], &in[4], &in[5], &in[6],
-                        &in[7], &in[8], &in[9], &in[10]))
+  if (!PyArg_ParseTuple(args, "ppOOOOOOOOOOOOOOOO:join", &sky, &far, &in[0], &in[1], &in[2], &in[3], &in[4], &in[5], &in[6],
+                        &in[7], &in[8], &in[9], &in[10], &in[11], &in[12], &in[13], &in[14], &in[15]))
     return NULL;
   const bent_scene *scene = scene_value(self);
   if (!scene) return NULL;
   if (!scene->committed) return PyErr_SetString(PyExc_RuntimeError, "scene: has edits without a commit"), NULL;
-  buffer b[ARRAYS] = {0};
+  buffer b[JOIN_ARRAYS] = {0};
   Py_ssize_t n = -1;
-  for (int i = 0; i < ARRAYS && !bad; i++) {
+  for (int i = 0; i < JOIN_ARRAYS && !bad; i++) {
     Py_ssize_t rows[2] = {n, 3}, many[3] = {n, JOINTS_MAX, 3};
-    bad = buffer_get(&b[i], in[i], KINDS[i].name, KINDS[i].format, KINDS[i].dimensions, i < 3 ? rows : many,
-                     KINDS[i].flags) < 0;
+    if (i == JOIN_CHANCES) rows[1] = (Py_ssize_t)joint_ways(scene->geometry);
+    bad = buffer_get(&b[i], in[i], JOIN_KINDS[i].name, JOIN_KINDS[i].format, JOIN_KINDS[i].dimensions,
+                     i < JOIN_LAUNCH ? rows : many, JOIN_KINDS[i].flags) < 0;
     if (i == 0) n = rows[0];
   }
   if (!bad) {
@@ -339,7 +353,7 @@ static PyObject *join(PyObject *self, PyObject *args)
       join_block(scene, b, first, (size_t)n - first < JOIN_BLOCK ? (size_t)n - first : JOIN_BLOCK, sky, far);
     Py_END_ALLOW_THREADS
   }
-  buffer_release_all(b, ARRAYS);
+  buffer_release_all(b, JOIN_ARRAYS);
   return bad ? NULL : Py_NewRef(Py_None);
 }
 

@@ -3,7 +3,7 @@
 
 #include <stdlib.h>
 
-#include "render/bsdf.h"
+#include "render/direct.h"
 #include "scene/scene.h"
 #include "scene/shading.h"
 
@@ -195,6 +195,7 @@ static PyObject *sky(PyObject *self, PyObject *args)
 typedef struct bsdf_call {
   shade_point point;
   closure_set set;
+  portal_mix mix; /* empty unless portals are asked for */
   buffer held[3]; /* the point, what goes in, (count, 3), and what comes out, (count, width) */
   Py_ssize_t count;
 } bsdf_call;
@@ -208,12 +209,12 @@ static void bsdf_end(bsdf_call *call)
 static int bsdf_begin(PyObject *self, PyObject *args, const char *in_name, const char *out_name, Py_ssize_t width,
                       bsdf_call *call)
 {
-  const shading *shading = scene_value(self)->shading;
-  int material;
+  const bent_scene *scene = scene_value(self);
+  int material, portals;
   PyObject *row, *in, *out;
   Py_ssize_t numbers[1] = {POINT_NUMBERS}, in_shape[2] = {-1, 3}, out_shape[2] = {-1, width};
   *call = (bsdf_call){.count = 0};
-  if (!PyArg_ParseTuple(args, "iOOO", &material, &row, &in, &out) ||
+  if (!PyArg_ParseTuple(args, "iOOOp", &material, &row, &in, &out, &portals) ||
       buffer_get(&call->held[0], row, "point", 'd', 1, numbers, BUFFER_FINITE) < 0 ||
       buffer_get(&call->held[1], in, in_name, 'd', 2, in_shape, BUFFER_FINITE) < 0 || (out_shape[0] = in_shape[0], 0) ||
       buffer_get(&call->held[2], out, out_name, 'd', 2, out_shape, BUFFER_WRITE) < 0) {
@@ -222,13 +223,16 @@ static int bsdf_begin(PyObject *self, PyObject *args, const char *in_name, const
   }
   call->count = in_shape[0];
   call->point = point_from(buffer_data(&call->held[0]));
-  call->set.closures = closures_new(shading);
-  if (!call->set.closures) {
+  call->set.closures = closures_new(scene->shading);
+  if (!call->set.closures || (portals && !scene->committed)) {
+    if (!call->set.closures) PyErr_NoMemory();
+    else PyErr_SetString(PyExc_RuntimeError, "scene: has edits without a commit");
     bsdf_end(call);
-    PyErr_NoMemory();
     return -1;
   }
-  shading_evaluate(shading, material, &call->point, &call->set);
+  shading_evaluate(scene->shading, material, &call->point, &call->set);
+  const vec3 normal = direct_normal(&call->point, &call->set);
+  if (portals) call->mix = portal_mix_at(scene, call->point.position, normal, &call->set);
   return 0;
 }
 
@@ -241,7 +245,7 @@ static PyObject *draw_bsdf(PyObject *self, PyObject *args)
   Py_BEGIN_ALLOW_THREADS
   for (Py_ssize_t i = 0; i < call.count; i++) {
     bsdf_sample sample = {0};
-    if (!bsdf_draw(&call.set, &call.point, u + 3 * i, &sample)) sample = (bsdf_sample){0};
+    if (!portal_draw(&call.mix, &call.set, &call.point, u + 3 * i, &sample)) sample = (bsdf_sample){0};
     v3_to(result + 8 * i, sample.wi);
     v3_to(result + 8 * i + 3, sample.weight);
     result[8 * i + 6] = sample.pdf;
@@ -259,9 +263,12 @@ static PyObject *evaluate_bsdf(PyObject *self, PyObject *args)
   const double *wi = buffer_data(&call.held[1]);
   double *result = buffer_data(&call.held[2]);
   Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t i = 0; i < call.count; i++)
-    v3_to(result + 4 * i,
-          bsdf_evaluate(&call.set, &call.point, v3_from(wi + 3 * i), UINT32_MAX, &result[4 * i + 3]));
+  for (Py_ssize_t i = 0; i < call.count; i++) {
+    const vec3 direction = v3_from(wi + 3 * i);
+    double pdf;
+    v3_to(result + 4 * i, bsdf_evaluate(&call.set, &call.point, direction, UINT32_MAX, &pdf));
+    result[4 * i + 3] = portal_pdf(&call.mix, direction, pdf);
+  }
   Py_END_ALLOW_THREADS
   bsdf_end(&call);
   Py_RETURN_NONE;
