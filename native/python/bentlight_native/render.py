@@ -89,7 +89,7 @@ class RenderSettings:
     glossy_bounces: int = 4
     transmission_bounces: int = 12
     transparent_bounces: int = 8
-    roulette_start: int = 3
+    roulette_start: int = 2
     tolerance: float = 1e-4
     filter: str = "BLACKMAN_HARRIS"
     filter_width: float = 3.0

@@ -20,11 +20,13 @@ static const double TRIANGLE_ROUNDING = 8 * 0x1p-24;
 /* The point of the source triangle nearest to `origin` that keeps INSIDE * rounding from its edges. */
 static vec3 pull_inside(const triangle *t, vec3 origin, double rounding)
 {
-  const double area = v3_length(t->normal); /* twice the triangle's; divided by an edge it is the height above it */
-  const double opposite[3] = {v3_length(v3_sub(t->edge2, t->edge1)), v3_length(t->edge2), v3_length(t->edge1)};
   double b[3], margin[3], excess = 0;
   triangle_barycentric(t, origin, &b[1]);
   b[0] = 1 - b[1] - b[2];
+  const double area = v3_length(t->normal); /* twice the triangle's; divided by an edge it is the height above it */
+  const double longest = v3_length(t->edge1) + v3_length(t->edge2);
+  if (min2(b[0], min2(b[1], b[2])) * area >= INSIDE * rounding * longest) return origin;
+  const double opposite[3] = {v3_length(v3_sub(t->edge2, t->edge1)), v3_length(t->edge2), v3_length(t->edge1)};
   int moved = 0;
   for (int i = 0; i < 3; i++) {
     margin[i] = fmin(INSIDE * rounding * opposite[i] / area, 1.0 / 3);

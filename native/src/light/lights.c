@@ -16,6 +16,7 @@
 /* What the tree holds: a triangle, or (instance < 0) a lamp. */
 typedef struct emitter {
   int32_t instance, index;
+  vec3 corner[3]; /* of a triangle, world */
 } emitter;
 
 struct lights {
@@ -138,7 +139,7 @@ static int add_triangle(lights *l, const bent_scene *scene, int instance, int tr
     c.high = v3(max2(c.high.x, corner[i].x), max2(c.high.y, corner[i].y), max2(c.high.z, corner[i].z));
   }
   l->of_triangle[instance][triangle] = (int32_t)l->count;
-  return push(l, (emitter){instance, triangle}, &c);
+  return push(l, (emitter){instance, triangle, {corner[0], corner[1], corner[2]}}, &c);
 }
 
 /* From where the light of an instance is judged, as its material may depend on it: well outside of it. */
@@ -181,7 +182,7 @@ static int add_lamp(lights *l, const bent_scene *scene, int index)
     if (i != 13) sum += brightness(lamp_intensity(scene, lamp, direction, 1, &RAY_SCATTERED));
   }
   const light_cluster c = {.low = lamp->position, .high = lamp->position, .power = sum / 26 + 1e-30, .around = 1};
-  return push(l, (emitter){-1, index}, &c);
+  return push(l, (emitter){.instance = -1, .index = index}, &c);
 }
 
 /* The mean over the disk of a sun. */
@@ -306,6 +307,7 @@ typedef struct shares {
 
 static shares shares_at(const lights *l, vec3 point, vec3 normal)
 {
+  if (l->tree && !(l->suns_weight > 0) && !l->sky) return (shares){1, 0, 0};
   const double tree = l->tree ? light_tree_weight(l->tree, point, normal) : 0;
   const double total = tree + l->suns_weight + l->sky_weight, least = GROUP_SHARE_MIN * total;
   const shares raised = {tree > 0 ? max2(tree, least) : 0, l->suns_weight > 0 ? max2(l->suns_weight, least) : 0,
@@ -318,13 +320,11 @@ static shares shares_at(const lights *l, vec3 point, vec3 normal)
 static void place_on_triangle(const lights *l, const bent_scene *scene, const emitter *e, vec3 point, vec3 normal, double u,
                               double v, light_sample *out)
 {
-  vec3 corner[3];
-  const vec3 area = triangle_area(scene->geometry, e->instance, e->index, corner);
-  const triangle_view view = triangle_viewed(corner, point, l->even);
+  const triangle_view view = triangle_viewed(e->corner, point, l->even);
   *out = (light_sample){.kind = LIGHT_TRIANGLE, .index = e->instance, .triangle = e->index};
   triangle_draw(&view, normal, u, v, out->barycentric, &out->facing);
-  out->target = triangle_at(corner, out->barycentric);
-  out->area = join_local_area(scene->geometry, out->target, area);
+  out->target = triangle_at(e->corner, out->barycentric);
+  out->area = join_local_area(scene->geometry, out->target, view.area);
   out->probability = triangle_density(&view, out->target);
 }
 
@@ -389,15 +389,13 @@ int lights_draw_triangle(const lights *l, int instance, int triangle)
 
 int lights_draw_sky(const lights *l) { return l->suns_weight > 0 || l->sky; }
 
-double lights_triangle_probability(const lights *l, const bent_scene *scene, int instance, int triangle, vec3 place,
-                                   vec3 point, vec3 normal)
+double lights_triangle_probability(const lights *l, int instance, int triangle, vec3 place, vec3 point,
+                                   vec3 normal)
 {
   if (!lights_draw_triangle(l, instance, triangle)) return 0;
   const int emitter = l->of_triangle[instance][triangle];
   const double chosen = light_tree_probability(l->tree, emitter, point, normal);
-  vec3 corner[3];
-  triangle_area(scene->geometry, instance, triangle, corner);
-  const triangle_view view = triangle_viewed(corner, point, l->even);
+  const triangle_view view = triangle_viewed(l->emitters[emitter].corner, point, l->even);
   return shares_at(l, point, normal).tree * chosen * triangle_density(&view, place);
 }
 
@@ -418,10 +416,10 @@ static int emitter_of(const lights *l, light_kind kind, int index, int triangle)
   return kind == LIGHT_LAMP ? (int)l->first_lamp + index : -1;
 }
 
-double lights_place_probability(const lights *l, const bent_scene *scene, const light_sample *place, vec3 point, vec3 normal)
+double lights_place_probability(const lights *l, const light_sample *place, vec3 point, vec3 normal)
 {
   if (place->kind == LIGHT_TRIANGLE)
-    return lights_triangle_probability(l, scene, place->index, place->triangle, place->target, point, normal);
+    return lights_triangle_probability(l, place->index, place->triangle, place->target, point, normal);
   const int lamp = emitter_of(l, place->kind, place->index, place->triangle);
   return lamp < 0 ? 0 : shares_at(l, point, normal).tree * light_tree_probability(l->tree, lamp, point, normal);
 }

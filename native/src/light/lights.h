@@ -43,11 +43,10 @@ vec3 lights_triangle_area(const bent_scene *scene, int instance, int triangle, v
 int lights_draw_triangle(const lights *lights, int instance, int triangle);
 int lights_draw_sky(const lights *lights);
 /* What lights_draw has as `probability` of a place on a triangle, a sun or a direction of the sky; 0 if it never draws it. */
-double lights_triangle_probability(const lights *lights, const bent_scene *scene, int instance, int triangle, vec3 place,
-                                   vec3 point, vec3 normal);
+double lights_triangle_probability(const lights *lights, int instance, int triangle, vec3 place, vec3 point,
+                                   vec3 normal);
 /* The same of a place on a triangle or of a lamp, whichever it is. */
-double lights_place_probability(const lights *lights, const bent_scene *scene, const light_sample *place, vec3 point,
-                                vec3 normal);
+double lights_place_probability(const lights *lights, const light_sample *place, vec3 point, vec3 normal);
 double lights_sun_probability(const lights *lights, size_t sun, vec3 point, vec3 normal);
 double lights_sky_pdf(const lights *lights, vec3 direction, vec3 point, vec3 normal);
 

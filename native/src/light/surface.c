@@ -58,11 +58,10 @@ static vec3 blend(const double w[3], const float a[3], const float b[3], const f
             w[0] * a[2] + w[1] * b[2] + w[2] * c[2]);
 }
 
-/* Texture coordinates, and the tangent dP/du where the UV map is not degenerate. */
-static void set_uv(shade_point *p, const float (*uv)[2], const double w[3], vec3 edge1, vec3 edge2,
-                   const instance *inst, const local_frame *frame, vec3 own_normal)
+/* The tangent dP/du where the UV map is not degenerate. */
+static void set_tangent(shade_point *p, const float (*uv)[2], vec3 edge1, vec3 edge2, const instance *inst,
+                        const local_frame *frame, vec3 own_normal)
 {
-  for (int i = 0; i < 2; i++) p->uv[i] = w[0] * uv[0][i] + w[1] * uv[1][i] + w[2] * uv[2][i];
   const double du1 = uv[1][0] - uv[0][0], dv1 = uv[1][1] - uv[0][1];
   const double du2 = uv[2][0] - uv[0][0], dv2 = uv[2][1] - uv[0][1], determinant = du1 * dv2 - du2 * dv1;
   if (determinant == 0) return;
@@ -86,6 +85,7 @@ void surface_at(const bent_scene *scene, const bent_hit *hit, double length, sur
   const vec3 position = v3_from(hit->position);
   const local_frame frame = frame_at(g, position);
 
+  out->material = geometry_material(g, inst, hit->triangle);
   shade_point *const p = &out->point;
   *p = (shade_point){.position = position, .wo = v3_scale(v3_from(hit->direction), -1),
                      .object_index = inst->object_index, .object_random = inst->random, .tangent_sign = 1,
@@ -106,8 +106,11 @@ void surface_at(const bent_scene *scene, const bent_hit *hit, double length, sur
     smooth = local_covector(&frame, mat4_transposed_vector(&inst->mesh_from_world, blended));
     if (!(v3_dot(smooth, own) > 0)) smooth = own; /* garbage, or so coarse that it points inside */
   }
-  if (m->corner_uvs) p->corner_uvs = m->corner_uvs[hit->triangle];
-  if (m->corner_uvs) set_uv(p, m->corner_uvs[hit->triangle], w, edge1, edge2, inst, &frame, smooth);
+  if (m->corner_uvs) {
+    const float(*uv)[2] = p->corner_uvs = m->corner_uvs[hit->triangle];
+    for (int i = 0; i < 2; i++) p->uv[i] = w[0] * uv[0][i] + w[1] * uv[1][i] + w[2] * uv[2][i];
+    if (shading_asks_tangent(scene->shading, out->material)) set_tangent(p, uv, edge1, edge2, inst, &frame, smooth);
+  }
   for (int i = 0; m->generated && i < 3; i++) p->corner_generated[i] = m->generated[corner[i]];
   if (m->generated)
     p->generated = blend(w, m->generated[corner[0]], m->generated[corner[1]], m->generated[corner[2]]);
@@ -115,7 +118,6 @@ void surface_at(const bent_scene *scene, const bent_hit *hit, double length, sur
   p->geometric_normal = p->backfacing ? v3_scale(own, -1) : own;
   p->normal = p->backfacing ? v3_scale(smooth, -1) : smooth;
 
-  out->material = geometry_material(g, inst, hit->triangle);
   out->see_through = inst->one_sided && p->backfacing;
 }
 

@@ -206,7 +206,7 @@ static void draw_light(const bent_scene *scene, const double point[3], const dou
   probability[0] = s.probability * s.facing;
   probability[1] = probability[2] = s.probability;
   if (drawn && s.kind == LIGHT_TRIANGLE)
-    probability[2] = lights_triangle_probability(scene->lights, scene, s.index, s.triangle, s.target, p, n);
+    probability[2] = lights_triangle_probability(scene->lights, s.index, s.triangle, s.target, p, n);
   if (drawn && s.kind == LIGHT_SUN) probability[2] = lights_sun_probability(scene->lights, (size_t)s.index, p, n);
   if (drawn && s.kind == LIGHT_SKY) probability[2] = lights_sky_pdf(scene->lights, s.target, p, n);
 }

@@ -65,7 +65,7 @@ double bidirectional_weight_emission(const tracer *t, const path *p, const chain
   const light_sample place = {.kind = LIGHT_TRIANGLE, .index = hit->instance, .triangle = hit->triangle,
                               .target = position,
                               .area = lights_triangle_area(t->scene, hit->instance, hit->triangle, position)};
-  const double drawn = lights_place_probability(lights, t->scene, &place, p->scattered.position, p->scattered.normal);
+  const double drawn = lights_place_probability(lights, &place, p->scattered.position, p->scattered.normal);
   const double started = lights_start_chance(lights, LIGHT_TRIANGLE, hit->instance, hit->triangle) *
                          lights_direction_pdf(lights, &place, v3_scale(v3_from(hit->direction), -1));
   const double rivals = chain_squared(drawn) * arrived->once + chain_squared(started) * arrived->more;

@@ -119,7 +119,7 @@ double direct_weight_emission(const tracer *t, const path *p, const reach *reach
     return bidirectional_weight_emission(t, p, arrived, hit);
   if (!reach->joined) return 1;
   const double probability =
-      lights_triangle_probability(t->scene->lights, t->scene, hit->instance, hit->triangle, v3_from(hit->position),
+      lights_triangle_probability(t->scene->lights, hit->instance, hit->triangle, v3_from(hit->position),
                                   p->scattered.position, p->scattered.normal);
   if (!(probability > 0)) return 1;
   const vec3 area = lights_triangle_area(t->scene, hit->instance, hit->triangle, v3_from(hit->position));

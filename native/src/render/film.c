@@ -4,7 +4,12 @@
 #include <math.h>
 #include <string.h>
 
-void film_clear(film *film) { memset(film, 0, sizeof *film); }
+void film_clear(film *film, float *const channels[CHANNEL_COUNT])
+{
+  memset(film, 0, sizeof *film);
+  for (int c = 0; c < CHANNEL_COUNT; c++)
+    if (channels[c] || c == CHANNEL_COMBINED) film->gathered[film->count++] = (uint8_t)c;
+}
 
 /* Updates the scatter of whole groups' sums at the end of a group (Welford 1962): no digits are lost where it is small. */
 static void end_group(double sums[CHANNEL_COUNT][CHANNEL_COMPONENTS_MAX], uint32_t groups)
@@ -23,7 +28,8 @@ void film_add(film *film, uint32_t pixel, const sample_record *record)
   size_t count;
   const bent_channel *table = bent_render_channels(&count);
   const uint32_t taken = film->taken[pixel]++;
-  for (size_t c = 0; c < count; c++) {
+  for (int i = 0; i < film->count; i++) {
+    const int c = film->gathered[i];
     for (int k = 0; k < table[c].components; k++) {
       double *sum = &film->sums[pixel][c][k];
       const double value = record->value[c][k];

@@ -9,11 +9,14 @@ enum { FILM_PIXELS = 4096 };
 enum { FILM_GROUP = 8 };
 
 typedef struct film {
+  int count;                       /* channels that are gathered: those that are wanted, and `combined` */
+  uint8_t gathered[CHANNEL_COUNT]; /* which */
   uint32_t taken[FILM_PIXELS];
   double sums[FILM_PIXELS][CHANNEL_COUNT][CHANNEL_COMPONENTS_MAX];
 } film;
 
-void film_clear(film *film);
+/* An empty film for those of the channels' arrays that are not NULL. */
+void film_clear(film *film, float *const channels[CHANNEL_COUNT]);
 /* Adds one sample of a pixel. The caller adds a pixel's samples in ascending order, so that sums never differ in a bit. */
 void film_add(film *film, uint32_t pixel, const sample_record *record);
 /* The noise of a pixel's color, as Cycles measures it: standard errors over the square root of the color, so that dark

@@ -87,7 +87,7 @@ chain light_vertex_chain(const tracer *t, const light_vertex *v, const view *see
   chain c = v->chain;
   if (v->first) {
     const vec3 normal = direct_normal(&seen->point, &seen->set);
-    c.once *= chain_squared(lights_place_probability(t->scene->lights, t->scene, &v->start, seen->point.position, normal));
+    c.once *= chain_squared(lights_place_probability(t->scene->lights, &v->start, seen->point.position, normal));
   }
   return c;
 }

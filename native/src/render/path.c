@@ -21,6 +21,9 @@ enum { VERTICES_MAX = 1 << 14 };
  * shadows, which hide parts of lights. */
 static const double DIFFUSE_COARSENESS = 10;
 static const float NO_DEPTH = 1e10f; /* as Cycles */
+/* Paths of less throughput than this may end. With 1, as in Cycles, what is saved on long paths is lost in the noise of
+ * those that go on: rooms take up to 12 % more time to the same mean squared error. */
+static const double ROULETTE_THROUGHPUT = 0.33;
 
 bent_status path_block_new(path_block *out, const bent_scene *scene, int capacity, bent_error *error)
 {
@@ -221,11 +224,11 @@ int path_is_last(const bent_render_settings *s, const ray_history *ray)
          ray->transmission > s->transmission_bounces;
 }
 
-/* Russian roulette by the square root of the throughput, as Cycles: returns 0 if the path ends. */
+/* Russian roulette by the square root of the throughput: returns 0 if the path ends. */
 static int survives(const bent_render_settings *s, path *p, double u)
 {
   if (p->ray.bounces < s->roulette_start) return 1;
-  const double probability = sqrt(v3_max(p->beta));
+  const double probability = sqrt(v3_average(p->beta) / ROULETTE_THROUGHPUT);
   if (probability >= 1) return 1;
   if (!(u < probability)) return 0;
   p->beta = v3_scale(p->beta, 1 / probability);

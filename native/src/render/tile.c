@@ -210,7 +210,7 @@ static bent_status render_strips(const tracer *t, path_block *block, film *film,
   bent_status status = BENT_OK;
   for (size_t first = 0; first < pixels; first += FILM_PIXELS) {
     const uint32_t count = (uint32_t)(pixels - first < FILM_PIXELS ? pixels - first : FILM_PIXELS);
-    film_clear(film);
+    film_clear(film, channels);
     if (t->settings->resume) film_read(film, channels, first, count);
     strip strip = {.tile = tile, .multiple = multiple + first, .first = first};
     if (!status) status = render_strip(t, film, block, &strip, count, statistics, progress, error);

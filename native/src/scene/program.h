@@ -41,6 +41,7 @@ typedef struct program {
   int may_be_transparent, may_emit;
   int asks_scattering; /* by what kind of scattering the ray came */
   int asks_length;     /* how long the ray is */
+  int asks_tangent;    /* how the texture's axes lie on the surface */
   int asks_history;    /* anything about the ray's way to the surface, its length too if it scatters there */
   int lobe_count; /* most lobes that one run can add */
   int emits_evenly; /* the same everywhere, to all sides */

@@ -175,6 +175,12 @@ int shading_asks_length(const shading *shading, int material)
   return program && program->asks_length;
 }
 
+int shading_asks_tangent(const shading *shading, int material)
+{
+  const program *program = material_program(shading, material);
+  return program && program->asks_tangent;
+}
+
 int shading_sky_asks_scattering(const shading *shading) { return shading->has_world && shading->world.asks_scattering; }
 
 int shading_any_asks_scattering(const shading *shading)

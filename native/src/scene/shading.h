@@ -45,7 +45,7 @@ typedef struct shade_point {
   vec3 geometric_normal; /* of the triangle, on the side of wo */
   vec3 normal;           /* interpolated shading normal, on the same side of the triangle as geometric_normal */
   double normal_length;  /* before it was made unit, as interpolated in the object's axes; 0: 1 */
-  vec3 tangent;          /* dP/du, made orthogonal to normal; zero if there is no UV map */
+  vec3 tangent;          /* dP/du, made orthogonal to normal; zero if there is no UV map, or the material does not ask */
   double tangent_sign;   /* +1 or -1: bitangent = sign * cross(normal, tangent), normal as on the triangle's own side */
   double uv[2];
   double ray_length;     /* of the way to where light was scattered before, or to the camera, as it is drawn; of the sky: SKY_LENGTH */
@@ -83,6 +83,8 @@ int shading_may_emit(const shading *shading, int material);
 int shading_asks_scattering(const shading *shading, int material);
 /* Nonzero if what a material emits depends on the length of the ray. */
 int shading_asks_length(const shading *shading, int material);
+/* Nonzero if a material depends on the tangent. */
+int shading_asks_tangent(const shading *shading, int material);
 int shading_sky_asks_scattering(const shading *shading);
 int shading_any_asks_scattering(const shading *shading);
 /* Nonzero if a material of a surface or lamp asks for the ray's history, or scatters by its length. */
