@@ -115,8 +115,8 @@ def test_rough_refraction_of_light_found_by_chance(blur, tmp_path):
 
 
 def test_light_that_no_facet_refracts(tmp_path):
-    """Seen from above through a ball of index 1.3, which turns rays by no more than 2 acos(1 / 1.3) = 79 degrees, a lamp
-    that stands higher than the ball is dark; and Cycles agrees unless it joins the ball with the lamp."""
+    """Seen from above through a ball of index 1.3, which turns rays by no more than 2 acos(1 / 1.3) = 79 degrees, a
+    lamp that stands higher than the ball is dark; and Cycles agrees unless it joins the ball with the lamp."""
     build("refraction")
     bpy.data.objects.remove(bpy.data.objects["Area"])
     bpy.data.objects.remove(bpy.data.objects["floor"])
