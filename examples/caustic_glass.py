@@ -1,8 +1,9 @@
-"""Caustics: one small lamp, glass, a golden ring, and a black hole that hangs over the table among them.
+"""Caustics: one small lamp, what crystal, glass and gold make of its light, and a black hole in front of it.
 
-What the glass gathers falls onto the table as bright figures, and so does what the ring reflects. Paths that start at
-the camera can only stumble upon a lamp this small through glass, so that light is followed from the lamp as well: past
-the hole it bends like any other, and draws out the figures behind it.
+The lamp stands low behind the table, outside of the picture. A ball of glass gathers light one and a half radii behind
+its center, here just above the table; each facet of the crystal throws a patch of its own, the ring a bow. Paths that
+start at the camera can only stumble upon a lamp this small through glass, so that light is followed from the lamp as
+well: past the hole it bends like any other, and so do the camera's rays, which see the bright figures drawn around it.
 """
 
 import math
@@ -12,9 +13,9 @@ import common
 import materials
 import objects
 
-MASS = 0.022
-CENTER = (0.4, 0.12, 0.34)
-LAMP = (-2.0, 1.7, 1.5)
+MASS = 0.013
+CENTER = (0.31, -0.76, 0.35)
+LAMP = (-0.85, 1.95, 1.2)
 
 
 def ring(name: str, center: objects.Vector, radius: float, thickness: float, material: bpy.types.Material) -> None:
@@ -38,23 +39,29 @@ def ring(name: str, center: objects.Vector, radius: float, thickness: float, mat
         polygon.use_smooth = True
 
 
+def crystal(name: str, center: objects.Vector, radius: float, material: bpy.types.Material) -> None:
+    """A ball of 80 flat facets."""
+    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=2, radius=radius, location=center, rotation=(0.3, 0.2, 0.5))
+    bpy.context.object.name = name
+    objects.place(bpy.context.object, material)
+
+
 def build() -> bpy.types.Scene:
     """Makes the scene in the current file and returns it."""
     scene = common.new_scene(samples=24)
-    table = materials.principled("Table", (0.62, 0.56, 0.48), roughness=0.8)
-    wall = materials.principled("Wall", (0.16, 0.20, 0.24), roughness=0.9)
-    clear = materials.shader("Glass", "BsdfGlass", Color=(0.98, 1.0, 0.99, 1.0), Roughness=0.0, IOR=1.5)
-    amber = materials.shader("Amber", "BsdfGlass", Color=(1.0, 0.62, 0.18, 1.0), Roughness=0.0, IOR=1.55)
-    gold = materials.principled("Gold", (1.0, 0.72, 0.29), metallic=1.0, roughness=0.08)
-    objects.quad("Table", (-4, -4, 0), (8, 0, 0), (0, 6, 0), table)
-    objects.quad("Wall", (-4, 2, 0), (8, 0, 0), (0, 0, 4), wall)
-    objects.suzanne((-0.38, 0.02, 0.27), 0.56, 14, clear)
-    objects.sphere("Ball", (0.12, -0.45, 0.16), 0.16, amber)
-    ring("Ring", (0.72, -0.52, 0.09), 0.2, 0.18, gold)
-    objects.area_light("Lamp", LAMP, (0.1, -0.1, 0.1), (0.05, 0.05), 130, (1.0, 0.93, 0.82), "DISK")
+    table = materials.principled("Table", (0.72, 0.68, 0.61), roughness=0.9)
+    clear = materials.shader("Glass", "BsdfGlass", Color=(0.98, 1.0, 0.99, 1.0), Roughness=0.1, IOR=1.5)
+    amber = materials.shader("Amber", "BsdfGlass", Color=(1.0, 0.70, 0.28, 1.0), Roughness=0.1, IOR=1.5)
+    gold = materials.principled("Gold", (1.0, 0.72, 0.29), metallic=1.0, roughness=0.25)
+    objects.quad("Table", (-6, -4, 0), (12, 0, 0), (0, 10, 0), table)
+    crystal("Crystal", (-0.44, 0.02, 0.20), 0.21, clear)
+    objects.sphere("Ball", (0.11, 0.08, 0.19), 0.19, amber)
+    ring("Ring", (0.66, -0.12, 0.08), 0.23, 0.16, gold)
+    lamp = objects.area_light("Lamp", LAMP, (0.1, -0.1, 0.1), (0.07, 0.07), 60, (1.0, 0.93, 0.82), "DISK")
+    lamp.visible_camera = False  # around the hole it would be seen, too bright for any picture
     bpy.ops.bentlight.black_hole_add(mass=MASS, location=CENTER)
-    objects.set_world((0.010, 0.013, 0.018))
-    objects.camera((0.28, -2.25, 1.2), (0.17, -0.27, 0.12), lens_mm=41)
+    objects.set_world((0.020, 0.026, 0.036))
+    objects.camera((0.13, -2.1, 1.75), (0.10, -0.22, 0.02), lens_mm=44)
     scene.bentlight.integrator = "BIDIRECTIONAL"
     scene.bentlight.max_bounces = 8
     scene.view_settings.view_transform, scene.view_settings.look = "AgX", "AgX - Medium High Contrast"
