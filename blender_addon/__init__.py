@@ -4,9 +4,9 @@ import atexit
 
 import bpy
 
-from . import compatibility, engine, operators, properties, ui
+from . import compatibility, cycles, engine, operators, properties, ui
 
-_MODULES = (properties, operators, engine, ui, compatibility)
+_MODULES = (properties, operators, cycles, engine, ui, compatibility)
 _registered: list = []  # what unregister has to undo, in order
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from .report import RenderError
 from .sync import spacetime
@@ -221,11 +221,22 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
         ],
         default="BLACKMAN_HARRIS",
     )
+    cycles_before: StringProperty(
+        name="Settings Before",
+        description="What Use in Cycles has changed in Cycles' settings, old and new",
+        options={"HIDDEN"},
+    )
+
+
+def _tag(self: "BentlightObjectSettings", context: bpy.types.Context) -> None:
+    """Blender knows of no change in a setting of ours."""
+    self.id_data.update_tag()
 
 
 def _refit(self: "BentlightObjectSettings", context: bpy.types.Context) -> None:
     """An empty is drawn as large as the horizon or throat that it stands for."""
     obj = self.id_data
+    _tag(self, context)
     if self.kind == "NONE" or obj.type != "EMPTY":
         return
     radius = spacetime.core_radius(spacetime.read_spacetime(obj, obj.matrix_world))
@@ -238,6 +249,7 @@ def _is_other_object(self: "BentlightObjectSettings", obj: bpy.types.Object) -> 
 
 def _link_back(self: "BentlightObjectSettings", context: bpy.types.Context) -> None:
     """The other mouth leads back here: a wormhole has two ends. Ends the recursion when it does already."""
+    _tag(self, context)
     other = self.exit
     if other is None or other == self.id_data or other.bentlight.exit == self.id_data:
         return
@@ -333,6 +345,25 @@ class BentlightObjectSettings(bpy.types.PropertyGroup):
         soft_max=100.0,
         default=0.0,
         subtype="DISTANCE",
+        update=_tag,
+    )
+    lens_radius: FloatProperty(
+        name="Lens in Cycles",
+        description=(
+            "Radius, in the object's own units (times its scale), inside which Cycles bends light. "
+            "0: that of the sphere of influence"
+        ),
+        min=0.0,
+        soft_max=100.0,
+        default=0.0,
+        subtype="DISTANCE",
+        update=_tag,
+    )
+    is_lens: BoolProperty(
+        name="Is Lens",
+        description="Made by Use in Cycles. Bentlight itself does not render it",
+        default=False,
+        options={"HIDDEN"},
     )
 
 

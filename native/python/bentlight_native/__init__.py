@@ -14,7 +14,7 @@ from .program import OPERATIONS, Program, ProgramBuilder
 from .render import CHANNELS, RenderSettings, RenderStatistics, light_image
 from .scene import Scene
 from .sphere import LensSphere
-from .table import DeflectionTable, SampledTable
+from .table import MAP_VERSION, DeflectionTable, SampledTable
 from .trace import FATES, ray_path, trace_rays
 
 __all__ = [
@@ -22,6 +22,7 @@ __all__ = [
     "CONNECTION_STATES",
     "EVERYONE",
     "FATES",
+    "MAP_VERSION",
     "OPERATIONS",
     "Cancelled",
     "DeflectionTable",

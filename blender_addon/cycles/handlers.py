@@ -1,0 +1,66 @@
+"""Keeps lenses as their holes are: when a file is opened, when anything changes, in every frame, before a render."""
+
+from __future__ import annotations
+
+import logging
+
+import bpy
+from bpy.app.handlers import persistent
+
+from ..report import RenderError
+from . import setup, tables
+
+log = logging.getLogger(__name__)
+
+
+def _refresh(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    try:
+        setup.update(scene, depsgraph)
+    except RenderError as error:
+        log.warning("Lenses for Cycles: %s", error)
+
+
+@persistent
+def _on_change(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = None) -> None:
+    if setup.is_set_up(scene) and depsgraph is not None:
+        _refresh(scene, depsgraph)
+
+
+@persistent
+def _on_load(_path: str) -> None:
+    """Another machine wrote the file, or another version of the shaders: paths and code are made anew."""
+    waiting = [scene for scene in bpy.data.scenes if setup.is_set_up(scene)]
+    if waiting:
+        tables.check()
+    for scene in waiting:
+        for view_layer in scene.view_layers[:1]:
+            _refresh(scene, view_layer.depsgraph or bpy.context.evaluated_depsgraph_get())
+
+
+@persistent
+def _before_render(scene: bpy.types.Scene, *_unused: object) -> None:
+    if setup.is_set_up(scene) and scene.render.engine == "CYCLES":
+        _refresh(scene, scene.view_layers[0].depsgraph or bpy.context.evaluated_depsgraph_get())
+
+
+def _handlers() -> list[tuple[list, object]]:
+    events = bpy.app.handlers
+    return [
+        (events.load_post, _on_load),
+        (events.depsgraph_update_post, _on_change),
+        (events.frame_change_post, _on_change),
+        (events.render_init, _before_render),
+    ]
+
+
+def register() -> None:
+    """Starts to listen."""
+    for event, handler in _handlers():
+        event.append(handler)
+
+
+def unregister() -> None:
+    """Stops."""
+    for event, handler in _handlers():
+        if handler in event:
+            event.remove(handler)

@@ -1,0 +1,52 @@
+"""How large lenses are: given by the user, or chosen so that neither the camera nor a mesh is inside if that can be."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import bpy
+import mathutils
+
+from ..sync import spacetime
+from ..sync.scene_data import SpacetimeData
+
+_MARGIN = 0.95  # of the distance to what must stay outside
+_NEAREST = 16  # core radii: smaller is not worth the bending that is left out; what is nearer will be inside
+_LEFT_OUT_RAD = 0.02  # bending that may be left out where there is room enough
+
+
+def with_lens_radius(item: SpacetimeData, obj: bpy.types.Object) -> SpacetimeData:
+    """The hole with the sphere that Cycles uses."""
+    return dataclasses.replace(item, sphere_radius=obj.bentlight.lens_radius or item.sphere_radius)
+
+
+def automatic(item: SpacetimeData, influence: float, obstacles: dict[str, float]) -> float:
+    """World radius for a hole that has none of its own. obstacles: distances of the camera and of meshes."""
+    largest = item.scale * (
+        4 * item.mass / _LEFT_OUT_RAD
+        if item.kind == "BLACK_HOLE"
+        else item.throat_radius * math.sqrt(math.pi / 4 / _LEFT_OUT_RAD)
+    )
+    smallest = _NEAREST * spacetime.core_radius(item) * item.scale
+    room = min([distance for distance in obstacles.values() if distance > 0], default=math.inf)
+    return min(max(_MARGIN * room, smallest), largest, influence)
+
+
+def distances(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, origin: mathutils.Vector) -> dict[str, float]:
+    """How far the surfaces of rendered meshes are from a point, by the object's name; "" is the camera."""
+    found = {}
+    if scene.camera:
+        found[""] = (scene.camera.evaluated_get(depsgraph).matrix_world.translation - origin).length
+    for instance in depsgraph.object_instances:
+        obj = instance.object
+        if obj.type != "MESH" or obj.bentlight.is_lens or obj.hide_render or not obj.data.polygons:
+            continue
+        matrix = instance.matrix_world
+        if abs(matrix.determinant()) < 1e-30:
+            continue
+        hit, near, _, _ = obj.closest_point_on_mesh(matrix.inverted() @ origin)
+        if hit:
+            distance = (matrix @ near - origin).length
+            found[obj.name] = min(distance, found.get(obj.name, math.inf))
+    return found

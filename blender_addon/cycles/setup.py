@@ -1,0 +1,146 @@
+"""Use in Cycles: what the button does to a scene, what takes it back, and what keeps it as the holes are."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import bpy
+
+from ..report import RenderError
+from ..sync import spacetime
+from ..sync.scene_data import SpacetimeData
+from . import lens, radius, tables
+
+
+def is_set_up(scene: bpy.types.Scene) -> bool:
+    """Whether the scene has been made ready for Cycles."""
+    return bool(scene.bentlight.cycles_before)
+
+
+def setup(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> tuple[list[str], list[str]]:
+    """Gives every hole a lens and Cycles the settings it needs; may be repeated. Returns what it did, and warnings.
+
+    Raises RenderError as a render would, and then has changed nothing.
+    """
+    holes = _holes(scene, depsgraph)
+    if not any(holes):
+        raise RenderError("There is no black hole or wormhole in this scene")
+    items = [lens.read(hole, depsgraph) for hole in holes]
+    spacetime.check(items)
+    chosen, warnings = _choose_radii(scene, depsgraph, holes, items)
+    tables.check()
+    existing = lens.find(scene)
+    for hole in holes:
+        if hole.name not in existing:
+            lens.build(hole)
+    for name, obj in existing.items():
+        if name not in {hole.name for hole in holes}:
+            lens.remove(obj)
+    for hole, own in chosen.items():
+        hole.bentlight.lens_radius = own
+    depsgraph.update()
+    done = [f"{len(holes)} lens{'es' if len(holes) > 1 else ''}", *_settings(scene, len(holes))]
+    update(scene, depsgraph)
+    return done, warnings
+
+
+def _holes(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[bpy.types.Object]:
+    """In the order of their names, as rendered."""
+    found = [obj for obj in scene.objects if obj.bentlight.kind != "NONE" and not obj.hide_render]
+    return sorted((obj for obj in found if _has_effect(lens.read(obj, depsgraph))), key=lambda obj: obj.name)
+
+
+def _has_effect(item: SpacetimeData) -> bool:
+    return item.kind != "BLACK_HOLE" or item.mass > 0
+
+
+def _choose_radii(
+    scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, holes: list[bpy.types.Object], items: list[SpacetimeData]
+) -> tuple[dict[bpy.types.Object, float], list[str]]:
+    """Radii for holes that have none, in their own units; and who is inside whose sphere."""
+    with_own = [radius.with_lens_radius(item, hole) for item, hole in zip(items, holes, strict=True)]
+    chosen, warnings = {}, []
+    for hole, item, influence in zip(holes, with_own, spacetime.influence_radii(with_own), strict=True):
+        obstacles = radius.distances(scene, depsgraph, hole.evaluated_get(depsgraph).matrix_world.translation)
+        used = influence
+        if not item.sphere_radius:
+            used = radius.automatic(item, influence, obstacles)
+            chosen[hole] = used / item.scale
+        inside = sorted(name for name, distance in obstacles.items() if name and distance < used)
+        if inside:
+            warnings.append(
+                f"Inside the lens of '{hole.name}' (radius {used:.4g}), and not seen bent: {', '.join(inside)}. "
+                "Render with Bentlight, or make the lens smaller"
+            )
+    return chosen, warnings
+
+
+def _settings(scene: bpy.types.Scene, lenses: int) -> list[str]:
+    """Sets what Cycles needs, remembers what was, and says what changed."""
+    cycles = scene.cycles
+    wanted = {"shading_system": True}
+    # every leg of a path may cross every lens
+    needed = min(1024, cycles.transparent_max_bounces + (cycles.max_bounces + 1) * lenses)
+    before = json.loads(scene.bentlight.cycles_before or "{}")
+    if "transparent_max_bounces" not in before:
+        wanted["transparent_max_bounces"] = needed
+    if cycles.device == "GPU" and _gpu_kind() != "OPTIX":
+        wanted["device"] = "CPU"
+    said = {
+        "shading_system": "Open Shading Language on",
+        "transparent_max_bounces": f"{needed} transparent bounces",
+        "device": "device set to CPU (Open Shading Language runs on CPUs and with OptiX only)",
+    }
+    done = []
+    for name, value in wanted.items():
+        old = getattr(cycles, name)
+        if old != value:
+            setattr(cycles, name, value)
+            before[name] = (old, value)
+            done.append(said[name])
+    scene.bentlight.cycles_before = json.dumps(before)
+    return done
+
+
+def _gpu_kind() -> str:
+    addon = bpy.context.preferences.addons.get("cycles")
+    return addon.preferences.compute_device_type if addon else "NONE"
+
+
+def clear(scene: bpy.types.Scene) -> list[str]:
+    """Takes back what setup did; settings that the user has changed since stay. Returns what it did."""
+    lenses = [obj for obj in scene.objects if obj.bentlight.is_lens]
+    for obj in lenses:
+        if obj.parent:
+            obj.parent.bentlight.property_unset("lens_radius")
+        lens.remove(obj)
+    for name, (old, new) in json.loads(scene.bentlight.cycles_before or "{}").items():
+        if getattr(scene.cycles, name) == new:
+            setattr(scene.cycles, name, old)
+    scene.bentlight.property_unset("cycles_before")
+    return [f"{len(lenses)} lens{'es' if len(lenses) != 1 else ''} removed, settings of Cycles as they were"]
+
+
+def update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    """Makes every lens what its hole is in this frame, and missing tables. Writes only what has changed.
+
+    Raises RenderError where holes are not as they must be.
+    """
+    lenses = {name: obj for name, obj in lens.find(scene).items() if name}
+    items, shown = [], set()
+    for name, obj in lenses.items():
+        hole = obj.parent
+        item = radius.with_lens_radius(lens.read(hole, depsgraph), hole.evaluated_get(depsgraph))
+        visible = item.kind != "NONE" and _has_effect(item) and not hole.evaluated_get(depsgraph).hide_render
+        if obj.hide_render == visible:
+            obj.hide_render = not visible
+        if visible:
+            items.append(item)
+            shown.add(name)
+    spacetime.check(items)
+    found = {item.name: (item, used) for item, used in zip(items, spacetime.influence_radii(items), strict=True)}
+    for name, (item, used) in found.items():
+        if not math.isfinite(used):
+            raise RenderError(f"'{name}' has no lens radius: press Use in Cycles")
+        lens.update(lenses[name], item, used, found.get(item.exit) if item.exit else None)

@@ -1,0 +1,73 @@
+"""Shaders compiled for Cycles. Their code is kept inside the .blend, in the script node itself: there are no files to
+lose. It is compiled anew where the sources or Blender have another version."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+import bpy
+
+from ..report import RenderError
+
+
+class Shader(NamedTuple):
+    """What a script node holds."""
+
+    code: str
+    key: str  # of the sources and of the compiler
+
+
+def source_folder() -> Path:
+    """osl/: inside the installed extension, or beside the add-on in a checkout."""
+    package = Path(__file__).resolve().parents[1]
+    return next(folder for folder in (package / "osl", package.parent / "osl") if folder.is_dir())
+
+
+@functools.cache
+def key() -> str:
+    """Tells whether shaders were compiled from these sources by this Blender."""
+    digest = hashlib.sha256(bpy.app.version_string.encode())
+    for path in sorted(source_folder().iterdir()):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+@functools.cache
+def compiled(name: str) -> Shader:
+    """The shader osl/<name>.osl. Raises RenderError where Blender has no compiler."""
+    try:
+        import _cycles
+
+        compile_file = _cycles.osl_compile
+    except (ImportError, AttributeError):
+        raise RenderError("This Blender is built without Open Shading Language: Cycles cannot bend light") from None
+    handle, path = tempfile.mkstemp(suffix=".oso")
+    os.close(handle)
+    try:
+        if not compile_file(str(source_folder() / f"{name}.osl"), path):
+            raise RenderError(f"The shader {name}.osl does not compile; see the console")
+        return Shader(Path(path).read_text(), f"{name} {key()}")
+    finally:
+        os.unlink(path)
+
+
+Socket = tuple[str, object]  # type and value
+
+
+def fill_node(node: bpy.types.ShaderNodeScript, shader: Shader, inputs: dict[str, Socket]) -> None:
+    """Gives a script node its code and its sockets, without the module that Blender's own button needs for that, and
+    which Blender as a Python module lacks. Writes only what is different."""
+    if node.bytecode_hash != shader.key:
+        node.bytecode, node.bytecode_hash = shader.code, shader.key
+    for name, (kind, value) in inputs.items():
+        socket = node.inputs.get(name) or node.inputs.new(type=kind, name=name, identifier=name)
+        now = tuple(socket.default_value) if kind == "NodeSocketVector" else socket.default_value
+        if now != value:
+            socket.default_value = value
+    if "BSDF" not in node.outputs:
+        node.outputs.new(type="NodeSocketShader", name="BSDF", identifier="BSDF")
