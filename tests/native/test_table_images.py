@@ -100,7 +100,7 @@ def test_every_truncation_and_damage_is_refused(tmp_path):
         path.write_bytes(whole[:length])
         with pytest.raises(ExrError, match=str(path)):
             read_exr(path)
-    for at in range(len(whole) - 24, len(whole)):  # the last scan line's pixels
+    for at in range(len(whole) - 24, len(whole)):  # the last pixels
         path.write_bytes(whole[:at] + bytes([whole[at] ^ 0x40]) + whole[at + 1 :])
         if at >= len(whole) - 12:
             with pytest.raises(ExrError, match="damaged"):
