@@ -5,6 +5,7 @@ from __future__ import annotations
 import bpy
 
 from .compatibility import ENGINE
+from .cycles import radius, setup
 from .report import RenderError
 from .sync import spacetime
 
@@ -176,7 +177,7 @@ class BENTLIGHT_PT_spacetime(_Panel, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return super().poll(context) and context.object is not None
+        return context.engine in {ENGINE, "CYCLES"} and context.object is not None
 
     def draw(self, context: bpy.types.Context) -> None:
         settings = context.object.bentlight
@@ -195,13 +196,15 @@ class BENTLIGHT_PT_spacetime(_Panel, bpy.types.Panel):
             column.prop(settings, "exit")
         if settings.kind != "NONE":
             column.prop(settings, "sphere_radius")
+            if context.engine == "CYCLES":
+                column.prop(settings, "lens_radius")
             self._draw_influence(context)
 
     def _draw_influence(self, context: bpy.types.Context) -> None:
         """The sphere in use and what it costs; or why this cannot be rendered."""
         column = self.layout.column()
         try:
-            text = describe_influence(context.object, context.view_layer)
+            text = describe_influence(context.object, context.view_layer, context.engine == "CYCLES")
         except RenderError as error:
             column.alert = True
             column.label(text=str(error), icon="ERROR")
@@ -210,22 +213,48 @@ class BENTLIGHT_PT_spacetime(_Panel, bpy.types.Panel):
                 column.label(text=line, icon=icon)
 
 
-def describe_influence(obj: bpy.types.Object, view_layer: bpy.types.ViewLayer) -> str:
-    """How far an object bends light, and the bending that this leaves out. Raises RenderError as a render would."""
+class BENTLIGHT_PT_cycles(bpy.types.Panel):
+    """Lenses for Cycles."""
+
+    bl_label = "Bentlight"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "render"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.engine == "CYCLES" and any(obj.bentlight.kind != "NONE" for obj in context.scene.objects)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = self.layout.column()
+        ready = setup.is_set_up(context.scene)
+        column.operator("bentlight.cycles_setup", text="Update Lenses" if ready else "Use in Cycles")
+        if ready:
+            column.operator("bentlight.cycles_clear")
+            column.label(text="Lamps do not shine through lenses", icon="INFO")
+
+
+def describe_influence(obj: bpy.types.Object, view_layer: bpy.types.ViewLayer, lenses: bool = False) -> str:
+    """How far an object bends light, and the bending that this leaves out; with `lenses`, in Cycles.
+
+    Raises RenderError as a render would.
+    """
     items = [
-        spacetime.read_spacetime(other, other.matrix_world)
-        for other in view_layer.objects
-        if other.bentlight.kind != "NONE" and not other.hide_render
+        _read(other, lenses) for other in view_layer.objects if other.bentlight.kind != "NONE" and not other.hide_render
     ]
     spacetime.check(items)
-    found = [(item, radius) for item, radius in zip(items, spacetime.influence_radii(items), strict=True)]
-    for item, radius in found:
+    for item, used in zip(items, spacetime.influence_radii(items), strict=True):
         if item.name == obj.name:
-            if radius == float("inf"):
-                return "Bends light everywhere, exactly"
-            missing = spacetime.missing_bending(item, radius)
-            return f"Bends light within {radius:.4g}; leaves out up to {missing:.2g} rad"
+            if used == float("inf"):
+                return "Not set up for Cycles" if lenses else "Bends light everywhere, exactly"
+            missing = spacetime.missing_bending(item, used)
+            return f"Bends light within {used:.4g}; leaves out up to {missing:.2g} rad"
     return "Not rendered"
+
+
+def _read(obj: bpy.types.Object, lenses: bool) -> spacetime.SpacetimeData:
+    item = spacetime.read_spacetime(obj, obj.matrix_world)
+    return radius.with_lens_radius(item, obj) if lenses else item
 
 
 _CLASSES = (
@@ -237,6 +266,7 @@ _CLASSES = (
     BENTLIGHT_PT_passes_spacetime,
     BENTLIGHT_PT_ray_visibility,
     BENTLIGHT_PT_spacetime,
+    BENTLIGHT_PT_cycles,
 )
 
 

@@ -210,9 +210,9 @@ Ray landed(Space space, Ray ray, Ray next, float h)
 {
   Ray end = next;
   float step = h, depth, rate;
-  for (int i = 0; i < 4; i++) {
+  for (int i = 0; i < 12; i++) {
     depth_of(space, end, depth, rate);
-    if (abs(depth) < 1e-7 || rate >= 0) return end;
+    if (abs(depth) < 2e-7 || rate >= 0) return end;
     step -= depth / rate;
     end = advanced(space, ray, step);
   }

@@ -67,7 +67,8 @@ def _scene(code: str, image: Path, width: int) -> bpy.types.Scene:
     mesh = bpy.data.meshes.new("Square")
     mesh.from_pydata([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], [], [(0, 1, 2, 3)])
     material = bpy.data.materials.new("Probe")
-    material.use_nodes = True
+    if bpy.app.version < (5, 0, 0):  # where they are optional
+        material.use_nodes = True
     nodes = material.node_tree.nodes
     nodes.clear()
     node = nodes.new("ShaderNodeScript")

@@ -1,0 +1,182 @@
+"""Pictures by Cycles with lenses: a world that shows its direction, against the core ray by ray; rooms, against the engine."""
+
+import bpy
+import numpy as np
+import objects
+import pytest
+import rendering
+from bentlight_native import FATES, Scene, Spacetime
+from image_statistics import compare
+
+from blender_addon.sync import spacetime
+
+SPACES = ["isotropic", "areal", "kerr", "wormhole"]
+SEEDS = 4
+
+
+def show_directions(scene: bpy.types.Scene) -> None:
+    """The world's color is its direction: 0.5 + 0.25 times the unit vector."""
+    tree = scene.world.node_tree
+    coordinates, shift = tree.nodes.new("ShaderNodeTexCoord"), tree.nodes.new("ShaderNodeVectorMath")
+    shift.operation = "MULTIPLY_ADD"
+    shift.inputs[1].default_value, shift.inputs[2].default_value = (0.25,) * 3, (0.5,) * 3
+    tree.links.new(coordinates.outputs["Generated"], shift.inputs[0])
+    tree.links.new(shift.outputs[0], tree.nodes["Background"].inputs["Color"])
+
+
+def directions(scene: bpy.types.Scene) -> np.ndarray:
+    """(pixels, 3), zero where black."""
+    picture = rendering.render(scene, "CYCLES").reshape(-1, 3)
+    return np.where(picture.max(axis=1, keepdims=True) > 0, (picture - 0.5) * 4, 0)
+
+
+def add_spacetime(kind: str, radius: float = 2.0) -> list[bpy.types.Object]:
+    """A hole at the origin, turned and scaled; of a wormhole also the other mouth, of another size and far away."""
+    if kind == "wormhole":
+        bpy.ops.bentlight.wormhole_add(throat_radius=0.4, location=(0, 0, 0), exit_location=(90, 3, 7))
+        found = [obj for obj in bpy.context.scene.objects if obj.bentlight.kind == "WORMHOLE"]
+        far = found[0].bentlight.exit if found[0].location.length < 1 else found[0]
+        far.rotation_euler, far.scale, far.bentlight.throat_radius = (0.3, 0.5, 1.2), (2, 2, 2), 0.2
+        far.bentlight.sphere_radius = 0.7
+        hole = far.bentlight.exit
+    else:
+        bpy.ops.bentlight.black_hole_add(mass=0.15, spin=0.9 if kind == "kerr" else 0, location=(0, 0, 0))
+        found = [bpy.context.object]
+        hole = found[0]
+        hole.scale, hole.rotation_euler = (1.5,) * 3, (0.5, 0.3, 0.2)
+        if kind == "areal":
+            hole.bentlight.chart = "OBLATE"
+    bpy.context.view_layer.update()
+    hole.bentlight.sphere_radius = radius / hole.matrix_world.median_scale
+    return found
+
+
+def by_core(holes: list[bpy.types.Object], start, ahead: np.ndarray) -> dict[str, np.ndarray]:
+    """The same rays through the same spheres by the core."""
+    placed = []
+    for hole in holes:
+        item = spacetime.read_spacetime(hole, hole.matrix_world)
+        if item.kind == "WORMHOLE":
+            space, leads_to = Spacetime.ellis(item.throat_radius), holes.index(hole.bentlight.exit)
+        elif item.spin:
+            space, leads_to = Spacetime.kerr(item.mass, item.spin * item.mass), -1
+        else:
+            chart = {"ISOTROPIC": "isotropic", "OBLATE": "areal"}[item.chart]
+            space, leads_to = Spacetime.schwarzschild(item.mass, chart), -1
+        placed.append((space, item.world_from_spacetime, item.sphere_radius * item.scale, leads_to))
+    core = Scene()
+    core.set_spacetime_objects(placed)
+    core.commit()
+    return core.intersect(np.tile(np.array(start, float), (len(ahead), 1)), ahead, 1e-9, angular_tolerance=1e-10)
+
+
+@pytest.mark.parametrize("kind", SPACES)
+@pytest.mark.parametrize("place", ["outside", "inside"])
+def test_every_pixel_shows_the_direction_of_the_core(kind, place, scene):
+    """The same jittered camera rays, taken from a picture without a hole; errors as float32 makes them."""
+    show_directions(scene)
+    start = (0.3, -8, 1.3) if place == "outside" else (0.2, -1.4, 0.4)
+    objects.camera(start, (0, 0, 0), lens_mm=50 if place == "outside" else 18)
+    ahead = directions(scene)
+    holes = add_spacetime(kind)
+    assert bpy.ops.bentlight.cycles_setup() == {"FINISHED"}
+    shown = directions(scene)
+    core = by_core(holes, scene.camera.location, ahead)
+    turned = by_core(holes, scene.camera.location, ahead + 1e-6 * np.roll(ahead, 1, axis=1))
+    factor = 1 + np.linalg.norm(turned["direction"] - core["direction"], axis=1) / 1e-6
+    escaped, lit = core["fate"] == FATES.index("escaped"), np.abs(shown).max(axis=1) > 0
+    clear = np.where(escaped & (turned["fate"] == core["fate"]), factor < 1e4, True)
+    assert (escaped == lit)[clear].all()
+    both = escaped & lit & clear
+    assert both.sum() > len(both) / 3
+    assert (np.linalg.norm(core["direction"] - ahead, axis=1)[both] > 0.05).mean() > 0.15  # or nothing is bent
+    error = np.linalg.norm(shown - core["direction"], axis=1)[both] / factor[both]
+    assert np.sqrt(np.mean(error**2)) < 3e-6  # the picture's colors have a quarter of the digits
+    assert error.max() < 4e-5
+
+
+def test_lenses_beside_each_other(scene):
+    """Three holes of different kinds, one behind the other."""
+    show_directions(scene)
+    objects.camera((0, -9, 0.8), (0, 0, 0), lens_mm=40)
+    ahead = directions(scene)
+    holes = []
+    for spin, place, radius in ((0, (-0.4, 0, 0), 1.5), (0.7, (0.9, 3.4, 0.3), 1.4), (0, (0.3, 7, 0), 2.0)):
+        bpy.ops.bentlight.black_hole_add(mass=0.1, spin=spin, location=place)
+        bpy.context.object.bentlight.sphere_radius = radius
+        holes.append(bpy.context.object)
+    bpy.ops.bentlight.cycles_setup()
+    shown = directions(scene)
+    core = by_core(holes, scene.camera.location, ahead)
+    both = (core["fate"] == FATES.index("escaped")) & (np.abs(shown).max(axis=1) > 0)
+    assert ((core["fate"] == FATES.index("escaped")) == (np.abs(shown).max(axis=1) > 0)).mean() > 0.999
+    assert (core["borders"][both] > 2).any()
+    error = np.linalg.norm(shown - core["direction"], axis=1)[both]
+    assert np.median(error) < 2e-6
+    assert np.percentile(error, 99) < 2e-4
+
+
+def test_bending_grows_from_nothing_at_the_seam(scene):
+    """Toward the sphere's edge the chord, and so the bending, goes to zero: there is no step."""
+    show_directions(scene)
+    objects.camera((0, -40, 0), (0, 0, 0), lens_mm=50)
+    scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", 0.02
+    scene.camera.location.x = 2.0  # pixels 0.0003 apart, across the edge
+    ahead = directions(scene)
+    add_spacetime("isotropic")
+    bpy.ops.bentlight.cycles_setup()
+    bent = np.linalg.norm(directions(scene) - ahead, axis=1).reshape(64, 64)[32]
+    b = 2.0 + 0.02 * ((np.arange(64) + 0.5) / 64 - 0.5)
+    assert bent[b > 2.0001].max() < 1e-6
+    mu = 0.15 * 1.5 / 2 / 2.0  # M / 2R, for the index of refraction (1 + mu)^3 / (1 - mu)
+    curvature = mu * (3 / (1 + mu) + 1 / (1 - mu))  # of a ray along the sphere, times R: it lengthens chords
+    cosine = np.sqrt(np.maximum(1 - (b / 2) ** 2, 0))
+    inside = b < 1.9999
+    assert np.abs(bent / (2 * curvature / (1 - curvature) * cosine + 1e-30) - 1)[inside].max() < 0.02
+    assert bent[inside][-1] < 0.04 * curvature
+
+
+def room(scene: bpy.types.Scene, kind: str) -> None:
+    """Diffuse walls under a shining plate and a blue sky, around a hole."""
+    scene.render.resolution_x, scene.render.resolution_y = 60, 36
+    objects.set_world((0.3, 0.4, 0.6))
+    colors = {"White": (0.8, 0.8, 0.8), "Red": (0.7, 0.2, 0.1)}
+    white, red = (_only_shader(name, "ShaderNodeBsdfDiffuse", color) for name, color in colors.items())
+    lamp = _only_shader("Lamp", "ShaderNodeEmission", (6, 6, 6))
+    objects.quad("Floor", (-4, -4, -1.3), (8, 0, 0), (0, 8, 0), white)
+    objects.quad("Wall", (-4, 3, -1.3), (8, 0, 0), (0, 0, 4), red)
+    objects.quad("Plate", (-1, -1, 2.5), (0, 2, 0), (2, 0, 0), lamp)
+    objects.box("Box", (2.2, 0.5, -0.7), (1, 1, 1.2), red)
+    objects.camera((0, -6, 0.5), (0, 0, 0), lens_mm=30)
+    add_spacetime(kind, radius=1.2)
+    cycles = scene.cycles
+    cycles.sample_clamp_indirect = cycles.blur_glossy = 0
+    cycles.use_light_tree = False
+    scene.bentlight.max_bounces = cycles.max_bounces = cycles.diffuse_bounces = 4
+    scene.bentlight.pixel_filter = "BOX"
+    cycles.filter_width = scene.render.filter_size = 1
+
+
+def _only_shader(name: str, kind: str, color) -> bpy.types.Material:
+    material = bpy.data.materials.new(name)
+    if bpy.app.version < (5, 0, 0):
+        material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    shader, output = tree.nodes.new(kind), tree.nodes.new("ShaderNodeOutputMaterial")
+    shader.inputs["Color"].default_value = (*color, 1)
+    tree.links.new(shader.outputs[0], output.inputs["Surface"])
+    return material
+
+
+@pytest.mark.parametrize("kind", ["isotropic", "kerr", "wormhole"])
+def test_rooms_are_lit_as_by_the_engine(kind, scene):
+    """All light goes through lenses as through the engine's spheres: shining meshes and the world, direct and bounced."""
+    room(scene, kind)
+    ours = np.stack([rendering.render(scene, "BENTLIGHT", seed, 32) for seed in range(SEEDS)])
+    scene.render.engine = "CYCLES"
+    bpy.ops.bentlight.cycles_setup()
+    cycles = np.stack([rendering.render(scene, "CYCLES", seed, 32) for seed in range(SEEDS)])
+    comparison = compare(cycles, ours)
+    assert comparison.precision < 0.01
+    assert not comparison.differs(), str(comparison)
