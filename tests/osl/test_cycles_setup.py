@@ -9,6 +9,7 @@ import objects
 import pytest
 import rendering
 
+from blender_addon import ui
 from blender_addon.cycles import lens, radius, setup, shaders, tables
 
 
@@ -233,7 +234,7 @@ def test_the_engine_does_not_see_lenses(scene):
 
 
 def test_the_shadow_is_opaque_and_the_sky_around_it_is_not(scene, tmp_path):
-    """Film > Transparent: what the hole swallows hides what is composited behind it; bent rays into the world do not."""
+    """Film > Transparent: what the hole swallows hides what is composited behind it; bent rays to the sky do not."""
     import OpenEXR
 
     add_hole()
@@ -248,3 +249,13 @@ def test_the_shadow_is_opaque_and_the_sky_around_it_is_not(scene, tmp_path):
     assert alpha[32, 32] == 1
     assert alpha[0, 0] == 0
     assert set(np.unique(alpha)) == {0, 1}
+
+
+def test_panels_tell_what_a_lens_leaves_out(scene):
+    hole = add_hole()
+    assert ui.describe_influence(hole, bpy.context.view_layer) == "Bends light everywhere, exactly"
+    assert ui.describe_influence(hole, bpy.context.view_layer, lenses=True) == "Not set up for Cycles"
+    for own, left_out in ((4, "0.1"), (8, "0.05")):
+        hole.bentlight.lens_radius = own
+        text = ui.describe_influence(hole, bpy.context.view_layer, lenses=True)
+        assert text == f"Bends light within {own}; leaves out up to {left_out} rad"

@@ -1,4 +1,4 @@
-"""Pictures by Cycles with lenses: a world that shows its direction, against the core ray by ray; rooms, against the engine."""
+"""Pictures by Cycles with lenses: directions in the sky against the core, ray by ray; rooms against the engine."""
 
 import bpy
 import numpy as np
@@ -171,7 +171,7 @@ def _only_shader(name: str, kind: str, color) -> bpy.types.Material:
 
 @pytest.mark.parametrize("kind", ["isotropic", "kerr", "wormhole"])
 def test_rooms_are_lit_as_by_the_engine(kind, scene):
-    """All light goes through lenses as through the engine's spheres: shining meshes and the world, direct and bounced."""
+    """All light goes through lenses as through the engine's spheres: from shining meshes and the world, and bounced."""
     room(scene, kind)
     ours = np.stack([rendering.render(scene, "BENTLIGHT", seed, 32) for seed in range(SEEDS)])
     scene.render.engine = "CYCLES"
