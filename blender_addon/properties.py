@@ -5,6 +5,7 @@ from collections.abc import Iterable
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
+from .properties_disk import BentlightDiskSettings
 from .report import RenderError
 from .sync import spacetime
 
@@ -365,6 +366,7 @@ class BentlightObjectSettings(bpy.types.PropertyGroup):
         default=False,
         options={"HIDDEN"},
     )
+    disk: PointerProperty(type=BentlightDiskSettings)
 
 
 def _passes_changed(self: "BentlightViewLayerSettings", context: bpy.types.Context) -> None:
@@ -401,7 +403,7 @@ class BentlightViewLayerSettings(bpy.types.PropertyGroup):
     )
 
 
-_CLASSES = (BentlightSceneSettings, BentlightObjectSettings, BentlightViewLayerSettings)
+_CLASSES = (BentlightSceneSettings, BentlightDiskSettings, BentlightObjectSettings, BentlightViewLayerSettings)
 _OWNERS = (
     (bpy.types.Scene, BentlightSceneSettings),
     (bpy.types.Object, BentlightObjectSettings),

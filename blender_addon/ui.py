@@ -234,6 +234,64 @@ class BENTLIGHT_PT_cycles(bpy.types.Panel):
             column.label(text="Lamps do not shine through lenses", icon="INFO")
 
 
+class BENTLIGHT_PT_disk(_Panel, bpy.types.Panel):
+    """What glows around a black hole."""
+
+    bl_label = "Accretion Disk"
+    bl_context = "object"
+    bl_parent_id = "BENTLIGHT_PT_spacetime"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and context.object is not None and context.object.bentlight.kind == "BLACK_HOLE"
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.prop(context.object.bentlight.disk, "enable", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        disk = context.object.bentlight.disk
+        column = self.column()
+        column.active = disk.enable
+        column.prop(disk, "inner_edge")
+        if disk.inner_edge == "CUSTOM":
+            column.prop(disk, "inner_radius")
+        column.prop(disk, "outer_radius")
+        column.prop(disk, "softness")
+        column.separator()
+        column.prop(disk, "emission")
+        self._draw_emission(column, disk)
+        if disk.emission == "MATERIAL":
+            return
+        column.prop(disk, "strength")
+        column.prop(disk, "opacity")
+        column.separator()
+        column.prop(disk, "doppler")
+        column.prop(disk, "gravitational")
+        column.separator()
+        column.prop(disk, "pattern")
+        for name in ("pattern_scale", "loop_frames", "loop_orbits"):
+            column.prop(disk, name)
+
+    def _draw_emission(self, column: bpy.types.UILayout, disk: bpy.types.PropertyGroup) -> None:
+        """What each kind of emission is chosen by."""
+        if disk.emission in {"PAGE_THORNE", "POWER_LAW"}:
+            column.prop(disk, "temperature")
+        if disk.emission == "POWER_LAW":
+            column.prop(disk, "exponent")
+        elif disk.emission == "RAMP":
+            column.template_ID(disk, "ramp", new="texture.new")
+            if disk.ramp is not None:
+                column.prop(disk.ramp, "use_color_ramp")
+                column.template_color_ramp(disk.ramp, "color_ramp")
+        elif disk.emission == "IMAGE":
+            column.template_ID(disk, "image", new="image.new", open="image.open")
+        elif disk.emission == "MATERIAL":
+            column.template_ID(disk, "material", new="material.new")
+            for name in ("doppler", "gravitational", "pattern_scale", "loop_frames", "loop_orbits"):
+                column.prop(disk, name)
+
+
 def describe_influence(obj: bpy.types.Object, view_layer: bpy.types.ViewLayer, lenses: bool = False) -> str:
     """How far an object bends light, and the bending that this leaves out; with `lenses`, in Cycles.
 
@@ -267,6 +325,7 @@ _CLASSES = (
     BENTLIGHT_PT_ray_visibility,
     BENTLIGHT_PT_spacetime,
     BENTLIGHT_PT_cycles,
+    BENTLIGHT_PT_disk,
 )
 
 

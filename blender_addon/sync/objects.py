@@ -7,13 +7,15 @@ from collections.abc import Callable
 import bpy
 import numpy as np
 
+from ..properties import check_range
 from ..report import RenderError, Reporter
-from . import light, mesh, spacetime
+from . import disk, light, mesh, spacetime
 from .attributes import OBJECT_KINDS, AttributeKey, read_object_attribute
+from .disk_program import compile_disk
 from .hashing import WORD, hash_words
 from .light_linking import LightLinking
 from .material import MaterialTable
-from .scene_data import CameraData, InstanceData, LampData, MeshData, SceneData, Visibility
+from .scene_data import CameraData, InstanceData, LampData, MeshData, SceneData, SpacetimeData, Visibility
 
 _SINGULAR = 5e-7  # of the volume of the box that a matrix's columns could span: less may be rounding of float32
 _ZERO_SIZE = "Object '{}' has zero size: none of its faces has an area. To hide an object, disable it in renders"
@@ -102,7 +104,35 @@ class _SceneReader:
             if obj.bentlight.kind == "WORMHOLE":
                 self._reporter.warn(f"Wormhole '{obj.name}': instances of wormholes are not supported; left out")
                 return
-        self._data.spacetimes.append(spacetime.read_spacetime(obj, matrix))
+        hole = spacetime.read_spacetime(obj, matrix)
+        self._data.spacetimes.append(hole)
+        if hole.kind == "BLACK_HOLE" and obj.bentlight.disk.enable and instance.show_self:
+            self._add_disk(instance, hole)
+
+    def _add_disk(self, instance: bpy.types.DepsgraphObjectInstance, hole: SpacetimeData) -> None:
+        obj, settings = instance.object, instance.object.bentlight.disk
+        if not (np.isfinite(hole.world_from_spacetime).all() and hole.mass > 0 and abs(hole.spin) < 1):
+            return  # the hole is nothing, or refused later
+        check_range(settings, type(settings).__annotations__)
+        extent = disk.read_extent(settings, hole)
+        phase = self._scene.frame_current_final / settings.loop_frames % 1.0
+        compiled = compile_disk(f"Black hole '{obj.name}'", settings, extent, phase, self._materials.image_table)
+        receiver_set, blocker_set = self._linking.sets_of(obj)
+        self._data.instances.append(
+            InstanceData(
+                name=obj.name,
+                mesh=self._append_mesh(disk.disk_mesh(extent)),
+                world_from_mesh=hole.world_from_spacetime,
+                materials=(self._materials.add(compiled),),
+                visibility=self._visibility(obj, instance.parent),
+                object_index=float(obj.pass_index),
+                color=tuple(obj.color),
+                random=_random_number(instance),
+                influence=self._linking.influence(obj),
+                receiver_set=receiver_set,
+                blocker_set=blocker_set,
+            )
+        )
 
     def _add_geometry(self, instance: bpy.types.DepsgraphObjectInstance, matrix: np.ndarray) -> None:
         obj = instance.object

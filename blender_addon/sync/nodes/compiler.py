@@ -60,7 +60,7 @@ class Scope:
 class Compiler:
     """One material, world or lamp on its way to a program. `owner` names it in warnings, as in "Material 'Wall'";
     `version` is Blender's: some nodes have changed. `coordinates`: by kind, what makes those that a lamp has instead of
-    the core's."""
+    the core's; `given`: the operands of attributes that the surface itself brings, by name."""
 
     owner: str
     images: ImageTable
@@ -71,6 +71,7 @@ class Compiler:
     attributes: AttributeTable = field(default_factory=AttributeTable)
     wanted: dict[int, AttributeKey] = field(default_factory=dict)  # attributes that nodes ask for, by number
     coordinates: dict[str, Callable[[], int]] = field(default_factory=dict)
+    given: dict[str, int] = field(default_factory=dict)
     _weights: dict[tuple, int] = field(default_factory=dict)  # of shader nodes that are still to be emitted
     _values: dict[tuple, Outputs] = field(default_factory=dict)
     _entered: list[tuple] = field(default_factory=list)

@@ -42,6 +42,9 @@ def _object_info(node: NodeView) -> Outputs:
 @value_node("ShaderNodeAttribute")
 def _attribute(node: NodeView) -> Outputs:
     settings = node.node
+    if settings.attribute_name in node.compiler.given:
+        number = node.compiler.given[settings.attribute_name]
+        return {"Color": number, "Vector": number, "Fac": number, "Alpha": node.constant(1.0)}
     vector = node.attribute(settings.attribute_type, settings.attribute_name)
     return {"Color": vector, "Vector": vector, "Fac": vector + 1, "Alpha": vector + 2}
 

@@ -4,7 +4,19 @@ Arrays go in and come out as numpy arrays; shapes, units and errors are in each 
 scene units, angles in radians.
 """
 
-from ._core import Cancelled, Progress, Spacetime, contains, instruction_set, lapse, local_from_covector
+from ._core import (
+    Cancelled,
+    Progress,
+    Spacetime,
+    contains,
+    disk_drawn_radius,
+    disk_flux,
+    disk_isco,
+    disk_orbit_frequency,
+    instruction_set,
+    lapse,
+    local_from_covector,
+)
 from .connect import CONNECTION_STATES, connect, connect_sky
 from .embree import embree_version, load_embree
 from .exr import ExrError
@@ -41,6 +53,10 @@ __all__ = [
     "connect",
     "connect_sky",
     "contains",
+    "disk_drawn_radius",
+    "disk_flux",
+    "disk_isco",
+    "disk_orbit_frequency",
     "embree_version",
     "instruction_set",
     "lapse",

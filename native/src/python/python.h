@@ -71,5 +71,6 @@ bent_scene *scene_value(PyObject *object);
 /* Methods of Scene, by topic: scene_geometry.c, scene_shading.c, scene_render.c. */
 extern PyMethodDef scene_geometry_methods[], scene_shading_methods[], scene_render_methods[];
 /* Functions of the module, by topic. */
-extern PyMethodDef trace_functions[], connect_functions[], table_functions[], sphere_functions[], render_functions[], embree_functions[];
+extern PyMethodDef trace_functions[], connect_functions[], table_functions[], sphere_functions[], render_functions[],
+    embree_functions[], disk_functions[];
 #endif

@@ -1,6 +1,7 @@
 /* See direct.h. */
 #include "render/direct.h"
 
+#include "light/frequency.h"
 #include "render/bidirectional.h"
 #include "render/bsdf.h"
 #include "render/dimensions.h"
@@ -196,13 +197,23 @@ static double length_if_asked(const bent_scene *scene, const light_sample *s, co
   return shading_asks_length(scene->shading, material) ? join_length(g, from, s->target, j) : 0;
 }
 
+/* What a triangle sends along a connection to a vertex at `from`: its frequency is shifted on the way. */
+static vec3 triangle_light(const bent_scene *scene, const light_sample *s, const joint *j, vec3 from, ray_history ray)
+{
+  const geometry *g = scene->geometry;
+  if (shading_asks_frequency(scene->shading, geometry_material(g, &g->instances[s->index], s->triangle))) {
+    const frequency_leg leg = {from, j->launch, s->target, j->arrival, j->swept};
+    frequency_follow(g, &leg, &ray);
+  }
+  return lights_radiance(scene, s, length_if_asked(scene, s, j, from), j->arrival, &ray);
+}
+
 /* What a light sends along a connection to a vertex at `from`, for a ray of that history: radiance; of a point: radiance
  * times solid angle. */
 static vec3 light_along(const bent_scene *scene, const light_sample *s, const joint *j, vec3 from, const ray_history *ray)
 {
   switch (s->kind) {
-    case LIGHT_TRIANGLE:
-      return lights_radiance(scene, s, length_if_asked(scene, s, j, from), j->arrival, ray);
+    case LIGHT_TRIANGLE: return triangle_light(scene, s, j, from, *ray);
     case LIGHT_LAMP:
       return lamp_intensity(scene, &scene->lamps->list[s->index], v3_scale(j->arrival, -1),
                             length_if_asked(scene, s, j, from), ray);
@@ -260,6 +271,7 @@ bent_ray *direct_add_shadow(const tracer *t, path_block *block, const shadow *s,
   const int i = block->shadow_count++;
   block->shadows[i] = *s;
   block->shadows[i].ray.kinds = RAY_SHADOW;
+  block->shadows[i].ray.frequency = 0; /* is not followed */
   block->shadows[i].ray.bounces++; /* as if scattered, but by no kind of lobe */
   bent_ray *ray = &block->shadow_rays[i];
   *ray = (bent_ray){.length_max = INFINITY, .visibility = visibility};

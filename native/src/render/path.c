@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "geometry/geometry.h"
+#include "light/frequency.h"
 #include "render/bsdf.h"
 #include "render/describe.h"
 #include "render/dimensions.h"
@@ -80,6 +81,7 @@ void tracer_init(tracer *t, const bent_scene *scene, const bent_render_settings 
 {
   *t = (tracer){.scene = scene, .settings = s, .angle = s->tolerance,
                 .asks_scattering = shading_any_asks_scattering(scene->shading),
+                .asks_frequency = shading_any_asks_frequency(scene->shading),
                 .joins_slowly = join_is_slow(scene->geometry)};
   measure_pixel(t);
   if (scene->camera) t->eye = mat4_point(&scene->camera->world_from_camera, v3(0, 0, 0));
@@ -297,7 +299,7 @@ static int walk_below(const tracer *t, batch *b, path *p, const room *room, bent
   surface surface;
   surface_at(t->scene, room->exit, v3_length(v3_sub(point->position, v3_from(room->exit->position))), &surface);
   if (!path_can_leave(t, surface.point.position)) return 0;
-  surface.point.ray = p->ray;
+  surface.point.ray = point->ray;
   surface.point.footprint = point->footprint;
   closure_set set = {.closures = room->closures[1]};
   diffuse_exit(t, &surface, &set);
@@ -327,7 +329,7 @@ static int scatter(const tracer *t, batch *b, path *p, const room *room, bent_ra
   }
   if (p->last) return 0;
   if (drawn.lobe == LOBE_SUBSURFACE) return walk_below(t, b, p, room, ray, hit, point, &drawn);
-  p->ray = path_scattered(p->ray, set, drawn.lobe, drawn.pdf == 0);
+  p->ray = path_scattered(point->ray, set, drawn.lobe, drawn.pdf == 0);
   p->last = path_is_last(t->settings, &p->ray);
   if (drawn.pdf > 0) p->least_pdf = min2(p->least_pdf, drawn.lobes_pdf);
   if (!survives(t->settings, p, u[SCATTER_SURVIVAL])) return 0;
@@ -387,13 +389,24 @@ static void blur(const tracer *t, const path *p, const shade_point *point, closu
   if (pdf < 1) closure_set_blur(set, point, 0.5 * sqrt(1 - pdf));
 }
 
+/* The history of a path that has come to a surface. */
+static ray_history arrived_history(const tracer *t, const path *p, const bent_hit *hit)
+{
+  ray_history ray = p->ray;
+  if (!t->asks_frequency) return ray;
+  const frequency_leg leg = {p->scattered.position, p->scattered.direction, v3_from(hit->position), v3_from(hit->direction),
+                             p->scattered.swept + hit->swept};
+  frequency_follow(t->scene->geometry, &leg, &ray);
+  return ray;
+}
+
 /* A surface. Returns 1 if the path goes on along *ray. */
 static int shade_surface(const tracer *t, batch *b, path *p, const reach *reach, const room *room, bent_ray *ray,
                          const bent_hit *hit, sample_record *record)
 {
   surface surface;
   surface_at(t->scene, hit, p->scattered.length + hit->length, &surface);
-  surface.point.ray = p->ray;
+  surface.point.ray = arrived_history(t, p, hit);
   if (p->ray.kinds & RAY_DIFFUSE && !t->bidirectional) { /* paths to caustics: a diffuse surface sees a light in a mirror or through glass */
     surface.point.no_reflection = !t->settings->caustics_reflective;
     surface.point.no_refraction = !t->settings->caustics_refractive;

@@ -26,6 +26,7 @@ typedef struct tracer {
   int64_t (*light)[3]; /* where they add what they bring to the camera, as in render.h */
   int joins_slowly;    /* see join_is_slow */
   int asks_scattering; /* some material wants to know by what kind of scattering a ray came */
+  int asks_frequency;  /* and some how its frequency is shifted */
 } tracer;
 
 /* The last scattering of a path, which the light that it meets is weighed by. */

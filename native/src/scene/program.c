@@ -170,6 +170,7 @@ static void classify(program *p)
     if (rows[code[0]].run == op_light_path) p->asks_history = 1;
     if (asks_length(code)) p->asks_length = 1;
     if (rows[code[0]].run == op_normal_map || rows[code[0]].run == op_normal_map_along) p->asks_tangent = 1;
+    if (rows[code[0]].run == op_disk) p->asks_frequency = 1;
     if (kind == SEE_THROUGH && !IS_ZERO(0) && !IS_ZERO(1)) p->may_be_transparent = 1;
     if (kind == EMITS && !IS_ZERO(0) && !IS_ZERO(1) && !IS_ZERO(2)) p->may_emit = 1;
     if (kind == PRINCIPLED && !IS_ZERO(0)) {

@@ -43,6 +43,7 @@ typedef struct program {
   int asks_length;     /* how long the ray is */
   int asks_tangent;    /* how the texture's axes lie on the surface */
   int asks_history;    /* anything about the ray's way to the surface, its length too if it scatters there */
+  int asks_frequency;  /* how the ray's frequency is shifted */
   int lobe_count; /* most lobes that one run can add */
   int emits_evenly; /* the same everywhere, to all sides */
   vec3 emission;    /* if so */
@@ -106,6 +107,7 @@ void program_run(const program *program, program_context *context);
 #define CHANNELS(N) N(X) N(Y) N(Z)
 #define SIDES(N) N(X) N(Y)
 #define SWITCH(X) X(OFF) X(ON)
+#define CHARTS(X) X(ISOTROPIC) X(OBLATE)
 
 /* name, outputs, operands, kind, names of each immediate (NAMES(list), or what it is a number of) */
 #define PROGRAM_OPS(OP)                                                                                                \
@@ -177,6 +179,11 @@ void program_run(const program *program, program_context *context);
   OP(spot_cone, 1, 3, PER_POINT, NONE) /* cosine of the edge, to full strength, radius -> part of the light */          \
   OP(area_spread, 1, 2, PER_POINT, NONE) /* tangent of the edge, strength -> part of the light */                      \
   OP(light_falloff, 3, 2, PER_POINT, NONE) /* strength, smoothing -> quadratic, linear, constant */                    \
+  /* mass, spin over mass -> radius over mass, azimuth, Doppler factor, gravitational factor, image order */             \
+  OP(disk, 5, 2, PER_POINT, NAMES(CHARTS))                                                                             \
+  OP(disk_flux, 1, 2, PURE, NONE)    /* radius over mass, spin over mass */                                            \
+  OP(disk_pattern, 1, 6, PURE, NONE) /* radius over mass, azimuth, spin over mass, phase, period, scale -> noise */    \
+  OP(blackbody_light, 1, 3, PURE, table_start, table_count) /* temperature in K, that of the first entry, of the last */ \
   OP(emission, 0, 3, EMITS, NONE)    /* weight, color, strength */                                                     \
   OP(transparent, 0, 2, SEE_THROUGH, NONE) /* weight, color */                                                         \
   OP(diffuse, 0, 4, SCATTERS, NONE)  /* weight, color, roughness, normal */                                            \
@@ -247,6 +254,9 @@ typedef enum wave_direction { WAVE_DIRECTIONS(ENUMERATION) } wave_direction;
 #undef ENUMERATION
 #define ENUMERATION(name) WAVE_##name,
 typedef enum wave_profile { WAVE_PROFILES(ENUMERATION) } wave_profile;
+#undef ENUMERATION
+#define ENUMERATION(name) CHART_##name,
+typedef enum drawn_chart { CHARTS(ENUMERATION) } drawn_chart;
 #undef ENUMERATION
 
 #define DECLARATION(name, ...) operation op_##name;

@@ -181,6 +181,19 @@ int shading_asks_tangent(const shading *shading, int material)
   return program && program->asks_tangent;
 }
 
+int shading_asks_frequency(const shading *shading, int material)
+{
+  const program *program = material_program(shading, material);
+  return program && program->asks_frequency;
+}
+
+int shading_any_asks_frequency(const shading *shading)
+{
+  for (int i = 0; i < shading->material_count; i++)
+    if (shading->materials[i].asks_frequency) return 1;
+  return 0;
+}
+
 int shading_sky_asks_scattering(const shading *shading) { return shading->has_world && shading->world.asks_scattering; }
 
 int shading_any_asks_scattering(const shading *shading)

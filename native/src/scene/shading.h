@@ -32,9 +32,14 @@ typedef struct ray_history {
   uint32_t kinds; /* RAY_* bits */
   uint32_t bounces, diffuse, glossy, transmission; /* scatterings since the camera: all, and by kind of lobe */
   uint32_t transparent; /* surfaces that it went straight through since the camera */
+  /* Followed only if some material asks. */
+  double frequency; /* of light at the path's beginning over that which local observers (ZAMOs) measure where the ray is:
+                       where it started, or on a surface where it has arrived; 0: not known */
+  uint32_t image_order; /* on a surface: how often it has crossed the plane through the equator of the hole there before */
 } ray_history;
 /* The history that stands for all scattered rays where lights are weighed for sampling. */
-#define RAY_SCATTERED ((ray_history){RAY_DIFFUSE | RAY_GLOSSY | RAY_TRANSMISSION | RAY_REFLECTION, 1, 0, 0, 0, 0})
+#define RAY_SCATTERED                                                                                                  \
+  ((ray_history){.kinds = RAY_DIFFUSE | RAY_GLOSSY | RAY_TRANSMISSION | RAY_REFLECTION, .bounces = 1})
 
 /* Where and how a surface is looked at. All directions are local unit vectors in world axes (the ZAMO frame that stands
  * for the flat basis), so that a BSDF never knows that space is curved. */
@@ -85,6 +90,9 @@ int shading_asks_scattering(const shading *shading, int material);
 int shading_asks_length(const shading *shading, int material);
 /* Nonzero if a material depends on the tangent. */
 int shading_asks_tangent(const shading *shading, int material);
+/* Nonzero if a material, or any of them all, depends on the shift of frequency. */
+int shading_asks_frequency(const shading *shading, int material);
+int shading_any_asks_frequency(const shading *shading);
 int shading_sky_asks_scattering(const shading *shading);
 int shading_any_asks_scattering(const shading *shading);
 /* Nonzero if a material of a surface or lamp asks for the ray's history, or scatters by its length. */

@@ -1,0 +1,169 @@
+"""The material of an accretion disk: what it emits, how its frequency is shifted, where it ends.
+
+With g = nu_observed / nu_emitted, a blackbody of temperature T is seen as one of temperature g T, exactly; a color of
+unknown spectrum as g^4 times itself, which is right for the sum over all frequencies. The Doppler and the gravitational
+factor of g are each raised to the power of their slider.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import bpy
+import numpy as np
+from bentlight_native import disk_flux, disk_isco, disk_orbit_frequency
+
+from ..report import RenderError
+from . import thermal
+from .disk import DiskExtent
+from .images import ImageTable
+from .material import Compiled, compile_output, node_tree
+from .nodes.compiler import Compiler
+
+_CONTRAST, _DEVIATION = 4.0, 0.25  # of the full pattern: exp(contrast * noise), whose mean is made about 1
+_RAMP_ENTRIES = 256
+_RADII = 4000  # at which the hottest place is looked for
+
+
+def compile_disk(owner: str, settings: Any, extent: DiskExtent, phase: float, images: ImageTable) -> Compiled:
+    """The program of a disk; `phase` is the fraction of the pattern's loop that has passed."""
+    writer = _DiskWriter(Compiler(owner, images, bpy.app.version), settings, extent, phase)
+    writer.write()
+    compiler = writer.compiler
+    return Compiled(compiler.builder.build(compiler.owner), compiler.warnings, compiler.wanted)
+
+
+class _DiskWriter:
+    """Writes one disk's program; operands are as in ProgramBuilder."""
+
+    def __init__(self, compiler: Compiler, settings: Any, extent: DiskExtent, phase: float) -> None:
+        self.compiler, self._settings, self._extent = compiler, settings, extent
+        self._constant = compiler.builder.constant
+        chart = "ISOTROPIC" if extent.is_isotropic else "OBLATE"
+        self._spin = self._constant(extent.spin)
+        mass = self._constant(extent.mass)
+        first = compiler.emit("disk", mass, self._spin, immediates=(chart,))
+        self._radius, self._azimuth, self._doppler, self._gravitational, self._order = range(first, first + 5)
+        self._noise = self._pattern(phase)
+
+    def write(self) -> None:
+        """Everything."""
+        cover = self._cover()
+        if self._settings.emission == "MATERIAL":
+            self._write_material(cover)
+        else:
+            color, alpha = self._color()
+            cover = self._multiply(cover, self._constant(self._settings.opacity), alpha)
+            if self._settings.pattern > 0:
+                contrast = _CONTRAST * self._settings.pattern
+                power = self._math("MULTIPLY_ADD", self._noise, contrast, -((contrast * _DEVIATION) ** 2) / 2)
+                factor = self._math("EXPONENT", power)
+                color = self._multiply(color, factor)
+                cover = self._multiply(cover, self._math("MINIMUM", factor, 1.0))
+            self.compiler.emit("emission", cover, color, self._constant(self._settings.strength))
+        rest = self._math("SUBTRACT", 1.0, cover)
+        self.compiler.emit("transparent", self._constant(1.0), rest)
+
+    def _math(self, operation: str, *values: float | int) -> int:
+        """`float`: a constant; `int`: an operand."""
+        operands = [self._constant(value) if isinstance(value, float) else value for value in values]
+        operands += [self._constant(0.0)] * (3 - len(operands))
+        return self.compiler.emit("math", *operands, immediates=(operation,))
+
+    def _multiply(self, first: int, *others: int) -> int:
+        for other in others:
+            first = self.compiler.emit("multiply", first, other)
+        return first
+
+    def _cover(self) -> int:
+        """1 on the disk, 0 outside; in between along a soft outer edge."""
+        extent, inside = self._extent, self._math("GREATER_THAN", self._radius, self._extent.inner)
+        width = self._settings.softness * (extent.outer - extent.inner)
+        if width > 0:
+            edge = (self._radius, extent.outer - width, extent.outer, 1.0, 0.0, 0.0)
+            operands = [self._constant(value) if isinstance(value, float) else value for value in edge]
+            fade = self.compiler.emit("map_range", *operands, immediates=("SMOOTHSTEP", "OFF"))
+        else:
+            fade = self._math("LESS_THAN", self._radius, extent.outer)
+        return self._multiply(inside, fade)
+
+    def _pattern(self, phase: float) -> int:
+        settings, extent = self._settings, self._extent
+        innermost = max(extent.inner, disk_isco(extent.spin))  # of all orbits
+        period = 2 * math.pi * settings.loop_orbits / disk_orbit_frequency(innermost, extent.spin)
+        values = map(self._constant, (phase, period, settings.pattern_scale))
+        return self.compiler.emit("disk_pattern", self._radius, self._azimuth, self._spin, *values)
+
+    def _shift(self) -> int:
+        """g, as far as the sliders let it."""
+        doppler = self._math("POWER", self._doppler, self._settings.doppler)
+        return self._multiply(doppler, self._math("POWER", self._gravitational, self._settings.gravitational))
+
+    def _color(self) -> tuple[int, int]:
+        """Radiance at strength 1, and alpha."""
+        kind = self._settings.emission
+        if kind in {"PAGE_THORNE", "POWER_LAW"}:
+            return self._thermal(self._temperature()), self._constant(1.0)
+        color, alpha = self._ramp() if kind == "RAMP" else self._image()
+        return self._multiply(color, self._math("POWER", self._shift(), 4.0)), alpha
+
+    def _temperature(self) -> int:
+        """Of the blackbody that is seen, in K."""
+        if self._settings.emission == "POWER_LAW":
+            part = self._math("POWER", self._math("DIVIDE", self._radius, self._extent.inner), -self._settings.exponent)
+        else:
+            flux = self.compiler.emit("disk_flux", self._radius, self._spin)
+            part = self._math("POWER", self._math("DIVIDE", flux, self._hottest_flux()), 0.25)
+        return self._multiply(self._constant(self._settings.temperature), part, self._shift())
+
+    def _hottest_flux(self) -> float:
+        """The largest of the disk, or a little outside of it if it is that small."""
+        extent = self._extent
+        radii = np.geomspace(extent.inner, max(extent.outer, 10 * extent.inner), _RADII)
+        return max(disk_flux(radius, extent.spin) for radius in radii)
+
+    def _thermal(self, temperature: int) -> int:
+        table = self.compiler.builder.table(thermal.blackbody_table(self.compiler.version))
+        ends = map(self._constant, (thermal.LOWEST_K, thermal.HIGHEST_K))
+        light = self.compiler.emit("blackbody_light", temperature, *ends, immediates=table)
+        return self._multiply(light, self._constant(1 / thermal.luminance(self._settings.temperature)))
+
+    def _depth(self) -> int:
+        """0 at the inner, 1 at the outer edge."""
+        extent = self._extent
+        return self._math("DIVIDE", self._math("SUBTRACT", self._radius, extent.inner), extent.outer - extent.inner)
+
+    def _ramp(self) -> tuple[int, int]:
+        texture = self._settings.ramp
+        if texture is None or not texture.use_color_ramp:
+            raise RenderError(f"{self.compiler.owner}: its disk has no color ramp: choose a texture that has one")
+        entries = [texture.color_ramp.evaluate(i / (_RAMP_ENTRIES - 1)) for i in range(_RAMP_ENTRIES)]
+        table = self.compiler.builder.table(np.array([tuple(entry) for entry in entries]))
+        color = self.compiler.emit("ramp", self._depth(), immediates=(*table, "ON"))
+        return color, color + 1
+
+    def _image(self) -> tuple[int, int]:
+        image = self._settings.image
+        if image is None:
+            raise RenderError(f"{self.compiler.owner}: its disk has no image: choose one")
+        index = self.compiler.images.index_of(image, self.compiler.warnings.append)
+        around = self._math("DIVIDE", self._azimuth, 2 * math.pi)
+        place = self.compiler.emit("combine", around, self._depth(), self._constant(0.0))
+        color = self.compiler.emit("image", place, immediates=(index, "Linear", "REPEAT", "OFF"))
+        return color, color + 1
+
+    def _write_material(self, cover: int) -> None:
+        material = self._settings.material
+        if material is None or node_tree(material) is None:
+            raise RenderError(f"{self.compiler.owner}: its disk has no material with nodes: choose one")
+        self.compiler.given = {
+            "bentlight_radius": self._radius,
+            "bentlight_azimuth": self._azimuth,
+            "bentlight_frequency_ratio": self._shift(),
+            "bentlight_doppler": self._doppler,
+            "bentlight_gravitational": self._gravitational,
+            "bentlight_image_order": self._order,
+            "bentlight_pattern": self._noise,
+        }
+        compile_output(self.compiler, node_tree(material), cover)

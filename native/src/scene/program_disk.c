@@ -1,0 +1,58 @@
+/* Operations that only the material of an accretion disk has (disk.h). The disk lies in the plane z = 0 of its instance,
+ * whose axes and unit of length are the hole's. */
+#include "scene/disk.h"
+
+#include "scene/program.h"
+
+/* Mass, spin over mass -> radius over mass, azimuth in [0, 2 pi), the Doppler factor and the gravitational one, whose product
+ * is g = nu_observed / nu_emitted, and how often the ray that looks has crossed the disk's plane before. The gravitational
+ * factor leads from the local observer to the path's beginning, in space that is bent or not; where nothing is known of
+ * the path, to infinity. */
+OPERATION(disk)
+{
+  const shade_point *p = context->point;
+  const double mass = in[0]->x, spin = in[1]->x, a = fabs(spin), sense = spin < 0 ? -1 : 1;
+  const vec3 at = p->object_from_world ? mat4_point(p->object_from_world, p->position) : p->position;
+  const vec3 out_of = p->object_from_world ? v3_normalize(mat4_vector(p->object_from_world, p->wo)) : p->wo;
+  const double drawn = v2_length(at.x, at.y), r = immediates[0] == CHART_ISOTROPIC ? disk_radius_isotropic(drawn / mass)
+                                                                                  : disk_radius_oblate(drawn / mass, a);
+  const double k_r = (at.x * out_of.x + at.y * out_of.y) / drawn, k_phi = sense * (at.x * out_of.y - at.y * out_of.x) / drawn;
+  const double azimuth = atan2(at.y, at.x);
+  double doppler = disk_doppler(r, a, k_r, k_phi);
+  double gravitational = p->ray.frequency > 0 ? p->ray.frequency : disk_gravitational(r, a, k_phi);
+  if (!(doppler > 0 && doppler < INFINITY)) doppler = 0; /* at the horizon and within */
+  if (!(gravitational > 0 && gravitational < INFINITY)) gravitational = 0;
+  out[0] = v3_splat(isfinite(r) ? r : 0);
+  out[1] = v3_splat(azimuth < 0 ? azimuth + 2 * M_PI : azimuth);
+  out[2] = v3_splat(doppler);
+  out[3] = v3_splat(gravitational);
+  out[4] = v3_splat(p->ray.image_order);
+}
+
+/* Radius, spin. */
+OPERATION(disk_flux) { *out = v3_splat(disk_flux(in[0]->x, fabs(in[1]->x))); }
+
+/* Radius, azimuth, spin, phase, period, scale. */
+OPERATION(disk_pattern)
+{
+  const double azimuth = in[2]->x < 0 ? -in[1]->x : in[1]->x;
+  const double noise = disk_pattern(in[0]->x, fabs(in[2]->x), azimuth, in[3]->x, in[4]->x, in[5]->x);
+  *out = v3_splat(isfinite(noise) ? noise : 0);
+}
+
+/* Temperature, lowest and highest of the table: RGB over luminance, and the luminance as disk.h stores it. Darkness below the
+ * lowest; above the highest light grows with the temperature (Rayleigh & Jeans) and keeps its color. */
+OPERATION(blackbody_light)
+{
+  const double kelvin = in[0]->x, low = in[1]->x, high = in[2]->x, clamped = fmin(kelvin, high);
+  const int last = immediates[1] - 1;
+  *out = v3_splat(0);
+  if (!(kelvin >= low) || last < 1) return;
+  const double at = fmax(log(clamped / low) / log(high / low) * last, 0);
+  const int i = at < last ? (int)at : last - 1;
+  const float *a = context->table[immediates[0] + i], *b = context->table[immediates[0] + i + 1];
+  const double t = at - i;
+  double c[4];
+  for (int k = 0; k < 4; k++) c[k] = (1 - t) * a[k] + t * b[k];
+  *out = v3_scale(v3(c[0], c[1], c[2]), disk_luminance_from_stored(c[3], clamped) * fmax(kelvin / high, 1));
+}
