@@ -63,6 +63,17 @@ def soup(rng, count, size, spread=1.0):
     return vertices.astype(np.float32), np.arange(3 * count, dtype=np.uint32).reshape(-1, 3)
 
 
+def annulus(inner, outer, rings, segments):
+    """A flat ring in the plane z = 0 around the origin, its triangles the larger the farther out."""
+    radius, angle = np.geomspace(inner, outer, rings + 1), np.arange(segments) * 2 * np.pi / segments
+    circle = np.stack([np.cos(angle), np.sin(angle), 0 * angle], -1)
+    a = np.arange(rings * segments).reshape(rings, segments)
+    b = np.roll(a, -1, axis=1)
+    quads = np.stack([a, a + segments, b + segments, b], -1).reshape(-1, 4)
+    triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    return (radius[:, None, None] * circle).reshape(-1, 3).astype(np.float32), np.ascontiguousarray(triangles, np.uint32)
+
+
 def joined(*parts):
     """Several meshes as one."""
     offset, vertices, triangles = 0, [], []

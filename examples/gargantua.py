@@ -1,0 +1,38 @@
+"""A hole that spins fast before the stars, its disk as films show it: of one brightness on both sides, a golden ring.
+
+`--natural` sets the sliders Doppler and Gravitational to 1 instead, which is what one would see.
+"""
+
+import math
+
+import bpy
+import common
+import objects
+import stars
+
+DISTANCE, INCLINATION = 42.0, math.radians(84)
+
+
+def build(is_natural: bool = False) -> bpy.types.Scene:
+    """Makes the scene in the current file and returns it."""
+    scene = common.new_scene(samples=64)
+    scene.bentlight.max_bounces = 0
+    scene.view_settings.view_transform, scene.view_settings.look = "AgX", "AgX - Medium High Contrast"
+    stars.set_starry_world(1.0)
+    bpy.ops.bentlight.black_hole_add(mass=1.0, spin=0.6, location=(0, 0, 0))
+    disk = bpy.context.object.bentlight.disk
+    disk.enable = True
+    disk.outer_radius, disk.softness = 18.0, 0.6
+    disk.emission, disk.temperature, disk.exponent = "POWER_LAW", 4500.0, 0.45
+    disk.strength, disk.opacity = 6.0, 0.95
+    disk.doppler = disk.gravitational = float(is_natural)
+    disk.pattern, disk.pattern_scale, disk.loop_orbits = 0.6, 1.5, 4.0
+    view = objects.camera((0, -DISTANCE * math.sin(INCLINATION), DISTANCE * math.cos(INCLINATION)), (0, 0, 0))
+    view.rotation_euler.rotate_axis("Z", math.radians(-8))
+    view.data.sensor_fit, view.data.angle = "HORIZONTAL", math.radians(52)
+    view.data.clip_end = 1000.0
+    return scene
+
+
+if __name__ == "__main__":
+    common.main(build, "gargantua.png")
