@@ -3,7 +3,9 @@
 `--natural` sets the sliders Doppler and Gravitational to 1 instead, which is what one would see.
 """
 
+import functools
 import math
+import sys
 
 import bpy
 import common
@@ -24,7 +26,7 @@ def build(is_natural: bool = False) -> bpy.types.Scene:
     disk.enable = True
     disk.outer_radius, disk.softness = 18.0, 0.6
     disk.emission, disk.temperature, disk.exponent = "POWER_LAW", 4500.0, 0.45
-    disk.strength, disk.opacity = 6.0, 0.95
+    disk.strength, disk.opacity = 3.0, 0.95
     disk.doppler = disk.gravitational = float(is_natural)
     disk.pattern, disk.pattern_scale, disk.loop_orbits = 0.6, 1.5, 4.0
     view = objects.camera((0, -DISTANCE * math.sin(INCLINATION), DISTANCE * math.cos(INCLINATION)), (0, 0, 0))
@@ -35,4 +37,7 @@ def build(is_natural: bool = False) -> bpy.types.Scene:
 
 
 if __name__ == "__main__":
-    common.main(build, "gargantua.png")
+    natural = "--natural" in sys.argv
+    if natural:
+        sys.argv.remove("--natural")
+    common.main(functools.partial(build, natural), "gargantua_natural.png" if natural else "gargantua.png")
