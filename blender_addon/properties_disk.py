@@ -135,7 +135,9 @@ class BentlightDiskSettings(bpy.types.PropertyGroup):
     )
     gravitational: FloatProperty(
         name="Gravitational",
-        description="How much gravity shifts the light: darker and redder near the hole. 0: as in films, 1: as in nature",
+        description=(
+            "How much gravity shifts the light: darker and redder near the hole. 0: as in films, 1: as in nature"
+        ),
         min=0.0,
         max=1.0,
         default=1.0,

@@ -28,6 +28,7 @@ def hole_with_disk(spin: float, inclination: float, outer: float = 20.0) -> bpy.
     disk.outer_radius = outer
     disk.temperature = 5000.0
     disk.strength = 2.0
+    disk.pattern = 0.3
     view = objects.camera((0, -DISTANCE * math.sin(inclination), DISTANCE * math.cos(inclination)), (0, 0, 0))
     view.data.sensor_fit, view.data.angle = "HORIZONTAL", math.radians(45)
     view.data.clip_end = 1000.0

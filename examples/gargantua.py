@@ -9,10 +9,12 @@ import sys
 
 import bpy
 import common
+import materials
 import objects
 import stars
 
 DISTANCE, INCLINATION = 42.0, math.radians(84)
+PLANET = (11.0, -8.0, 5.6)  # lit by the disk
 
 
 def build(is_natural: bool = False) -> bpy.types.Scene:
@@ -20,15 +22,16 @@ def build(is_natural: bool = False) -> bpy.types.Scene:
     scene = common.new_scene(samples=64)
     scene.bentlight.max_bounces = 0
     scene.view_settings.view_transform, scene.view_settings.look = "AgX", "AgX - Medium High Contrast"
-    stars.set_starry_world(1.0)
+    stars.set_starry_world(3.0)
     bpy.ops.bentlight.black_hole_add(mass=1.0, spin=0.6, location=(0, 0, 0))
     disk = bpy.context.object.bentlight.disk
     disk.enable = True
     disk.outer_radius, disk.softness = 18.0, 0.6
     disk.emission, disk.temperature, disk.exponent = "POWER_LAW", 4500.0, 0.45
-    disk.strength, disk.opacity = 3.0, 0.95
+    disk.strength, disk.opacity = 8.0 if is_natural else 3.0, 0.95
     disk.doppler = disk.gravitational = float(is_natural)
-    disk.pattern, disk.pattern_scale, disk.loop_orbits = 0.6, 1.5, 4.0
+    disk.pattern, disk.pattern_scale, disk.loop_orbits = 0.7, 2.0, 2.0
+    objects.sphere("Planet", PLANET, 1.1, materials.diffuse("Rock", (0.7, 0.62, 0.55)))
     view = objects.camera((0, -DISTANCE * math.sin(INCLINATION), DISTANCE * math.cos(INCLINATION)), (0, 0, 0))
     view.rotation_euler.rotate_axis("Z", math.radians(-8))
     view.data.sensor_fit, view.data.angle = "HORIZONTAL", math.radians(52)

@@ -1,4 +1,4 @@
-"""A procedural sky of stars for the examples: points of many brightnesses and colors, and a faint band of dust."""
+"""A procedural sky of stars for the examples: points of many brightnesses and colors."""
 
 import bpy
 
@@ -14,7 +14,7 @@ def set_starry_world(strength: float = 1.0) -> None:
     new, link = tree.nodes.new, tree.links.new
     place = new("ShaderNodeTexCoord").outputs["Generated"]
     total = None
-    for scale, size, brightness in ((40.0, 0.045, 60.0), (90.0, 0.07, 8.0), (160.0, 0.09, 2.0)):
+    for scale, size, brightness in ((40.0, 0.045, 60.0), (120.0, 0.08, 6.0)):
         color = _layer(tree, place, scale, size, brightness)
         if total is not None:
             both = new("ShaderNodeVectorMath")

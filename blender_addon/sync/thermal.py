@@ -41,6 +41,7 @@ def _table(rounded: bool) -> np.ndarray:
 
 
 def blackbody_table(version: tuple[int, ...]) -> np.ndarray:
-    """(n, 4) float32 over equal steps of ln T: scene-linear RGB of luminance 1, and the luminance as native/src/scene/disk.h
-    stores it. Colors out of gamut, those of less than 1900 K, have no blue. `version` is Blender's, whose RGB it is."""
+    """(n, 4) float32 over equal steps of ln T: scene-linear RGB of luminance 1, and the luminance as
+    native/src/scene/disk.h stores it. Colors out of gamut, those of less than 1900 K, have no blue. `version` is
+    Blender's, whose RGB it is."""
     return _table(version < (5, 0))

@@ -54,8 +54,8 @@ def emission_material(attribute):
 
 
 def test_a_thermal_disk_seen_from_its_axis(tmp_path):
-    """Face on, g = sqrt(1 - 3/r) over the camera's lapse at every azimuth: luminance and color are those of a blackbody of
-    g T; and T follows the power law."""
+    """Face on, g = sqrt(1 - 3/r) over the camera's lapse at every azimuth: luminance and color are those of a blackbody
+    of g T; and T follows the power law."""
     hole = add_hole(emission="POWER_LAW", temperature=6000.0, exponent=0.5, strength=2.0, outer_radius=20.0)
     radius = emission_material("bentlight_radius")
     look()
@@ -82,8 +82,8 @@ def test_the_inner_edge_is_the_last_stable_orbit(tmp_path, spin):
 
 
 def test_sliders_at_zero_are_the_same_in_the_mirror(tmp_path):
-    """Without spin and shift, light on the left is that on the right: a Z-test over pixels. With nature's shift the side
-    that approaches is brighter by far."""
+    """Without spin and shift, light on the left is that on the right: a Z-test over pixels. With nature's shift the
+    side that approaches is brighter by far."""
     hole = add_hole(emission="POWER_LAW", doppler=0.0, gravitational=0.0)
     look(1.3)
     film = picture(tmp_path, 32)[..., 1]
@@ -142,8 +142,8 @@ def test_opacity_lets_the_sky_through(tmp_path):
 
 
 def test_image_order_and_occlusion(tmp_path):
-    """The direct image has order 0, the underside that is seen below the shadow order 1; and a mesh before the hole hides
-    all of it."""
+    """The direct image has order 0, the underside that is seen below the shadow order 1; and a mesh before the hole
+    hides all of it."""
     add_hole(emission="MATERIAL", material=emission_material("bentlight_image_order"))
     look(1.4)
     order = picture(tmp_path)[..., 0]

@@ -71,7 +71,8 @@ def annulus(inner, outer, rings, segments):
     b = np.roll(a, -1, axis=1)
     quads = np.stack([a, a + segments, b + segments, b], -1).reshape(-1, 4)
     triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
-    return (radius[:, None, None] * circle).reshape(-1, 3).astype(np.float32), np.ascontiguousarray(triangles, np.uint32)
+    vertices = (radius[:, None, None] * circle).reshape(-1, 3)
+    return vertices.astype(np.float32), np.ascontiguousarray(triangles, np.uint32)
 
 
 def joined(*parts):

@@ -1,5 +1,5 @@
-"""The accretion disk's physics: orbits, fluxes and shifts of frequency against golden data, closed forms and quadrature; and
-rays that cross it, through the renderer."""
+"""The accretion disk's physics: orbits, fluxes and shifts of frequency against golden data, closed forms and
+quadrature; and rays that cross it, through the renderer."""
 
 import numpy as np
 import pytest
@@ -44,8 +44,8 @@ def test_last_stable_orbits():
 
 
 def orbit(r, a):
-    """Energy, angular momentum and angular frequency of circular orbits (Bardeen, Press & Teukolsky 1972), a second time;
-    r may be complex."""
+    """Energy, angular momentum and angular frequency of circular orbits (Bardeen, Press & Teukolsky 1972), a second
+    time; r may be complex."""
     root = np.sqrt(r)
     binding = r**0.75 * np.sqrt(r**1.5 - 3 * root + 2 * a)
     return (r**1.5 - 2 * root + a) / binding, (r**2 - 2 * a * root + a**2) / binding, 1 / (r**1.5 + a)
@@ -126,16 +126,16 @@ def test_shift_to_infinity(row):
 
 
 def test_falling_matter():
-    """Within the last stable orbit matter keeps its energy and angular momentum: light straight outwards, which has none,
-    is shifted by 1 / (u^t - u^r dt/dr). Schwarzschild, in Boyer-Lindquist components."""
+    """Within the last stable orbit matter keeps its energy and angular momentum: light straight outwards, which has
+    none, is shifted by 1 / (u^t - u^r dt/dr). Schwarzschild, in Boyer-Lindquist components."""
     r = 4.0
     energy, momentum = 2 * np.sqrt(2) / 3, 2 * np.sqrt(3)
     lapse2 = 1 - 2 / r
     u_r = -np.sqrt(energy**2 - lapse2 * (1 + momentum**2 / r**2))
     expected = 1 / (energy / lapse2 - u_r / lapse2)
     assert shade_disk(0.0, r, 1.0, 0.0)[2] == pytest.approx(expected, rel=1e-12)
-    just_out, just_in = shade_disk(0.9, disk_isco(0.9) * (1 + 1e-9), 0.3, 0.4), shade_disk(0.9, disk_isco(0.9), 0.3, 0.4)
-    assert just_in[2] == pytest.approx(just_out[2], rel=1e-4)
+    just_out, just_in = (shade_disk(0.9, disk_isco(0.9) * factor, 0.3, 0.4)[2] for factor in (1 + 1e-6, 1 - 1e-6))
+    assert just_in == pytest.approx(just_out, rel=1e-4)
 
 
 # ---- Rays ----
@@ -154,14 +154,13 @@ CROSSINGS = [row for row in SHIFTS if is_clear(row)]
 
 @pytest.mark.parametrize("spin", sorted({float(row["a"]) for row in CROSSINGS}))
 def test_crossings_through_the_renderer(spin):
-    """Radius, azimuth and g of the golden crossings, picked by their number on the ray, as the camera sees them. Rays that
-    are nearly critical multiply rounding and are left out."""
+    """Radius, azimuth and g of the golden crossings, picked by their number on the ray, as the camera sees them. Rays
+    that are nearly critical multiply rounding and are left out."""
     scene = new_scene()
     scene.set_spacetime(Spacetime.kerr(1, spin))
     material = scene.add_material(disk_program(spin))
-    scene.add_instance(
-        scene.add_mesh(*annulus(1.02, 1.1 * OUTER, 12, 32)), np.eye(4), materials=np.array([material], np.int32), visibility=1
-    )
+    ring = scene.add_mesh(*annulus(1.02, 1.1 * OUTER, 12, 32))
+    scene.add_instance(ring, np.eye(4), materials=np.array([material], np.int32), visibility=1)
     for row in (row for row in CROSSINGS if float(row["a"]) == spin):
         name, number = row["kerr_row:crossing"].split(":")
         ray = RAYS[name]
@@ -204,8 +203,8 @@ def radius_after(b, swept, start, steps=400):
 @pytest.mark.parametrize("order", [0, 1])
 @pytest.mark.parametrize("alpha_deg", [30.0, 100.0, 160.0])
 def test_isoradial_curves(alpha_deg, order):
-    """Luminet 1979: the image of the circle r = 10 seen at an inclination of 80 degrees, direct and secondary. At polar angle
-    alpha (from the image of the axis' near side) light sweeps gamma + order pi, with cos gamma = cos alpha /
+    """Luminet 1979: the image of the circle r = 10 seen at an inclination of 80 degrees, direct and secondary. At polar
+    angle alpha (from the near side of the image) light sweeps gamma, or 2 pi - gamma, with cos gamma = cos alpha /
     sqrt(cos^2 alpha + cot^2 i); the impact parameter of r = 10 is found by bisection."""
     inclination, distance, alpha = np.radians(80), 1000.0, np.radians(alpha_deg)
     gamma = np.arccos(np.cos(alpha) / np.hypot(np.cos(alpha), 1 / np.tan(inclination)))

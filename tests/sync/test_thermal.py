@@ -17,8 +17,8 @@ def test_illuminant_a():
 
 
 def test_brightness_grows_as_planck_says():
-    """At the middle of the visible a hotter body is brighter by about exp(c2 / lambda (1/T1 - 1/T2)); at 10 million kelvin
-    light is proportional to the temperature."""
+    """At the middle of the visible a hotter body is brighter by about exp(c2 / lambda (1/T1 - 1/T2)); at 10 million
+    kelvin light is proportional to the temperature."""
     ratio = np.log(thermal.luminance(3100.0) / thermal.luminance(3000.0))
     wavelength = 1.4388e-2 * (1 / 3000 - 1 / 3100) / ratio
     assert 560e-9 < wavelength < 610e-9

@@ -1,4 +1,4 @@
-/* The shift of frequency along rays, and how the density of light changes along rays: the frequency of light as places see it.
+/* How frequency and density of light change along rays: the frequency of light as places see it.
  *
  * Along a ray between places a and b, of frequencies nu, rays around it keep d(omega) dA nu^2 (solid angle and area across,
  * both as observers at rest measure them: Etherington 1933), so the spread from a to b (light/join.h) is that from b to a

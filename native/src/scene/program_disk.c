@@ -14,10 +14,10 @@ OPERATION(disk)
   const double mass = in[0]->x, spin = in[1]->x, a = fabs(spin), sense = spin < 0 ? -1 : 1;
   const vec3 at = p->object_from_world ? mat4_point(p->object_from_world, p->position) : p->position;
   const vec3 out_of = p->object_from_world ? v3_normalize(mat4_vector(p->object_from_world, p->wo)) : p->wo;
-  const double drawn = v2_length(at.x, at.y), r = immediates[0] == CHART_ISOTROPIC ? disk_radius_isotropic(drawn / mass)
-                                                                                  : disk_radius_oblate(drawn / mass, a);
-  const double k_r = (at.x * out_of.x + at.y * out_of.y) / drawn, k_phi = sense * (at.x * out_of.y - at.y * out_of.x) / drawn;
-  const double azimuth = atan2(at.y, at.x);
+  const double drawn = v2_length(at.x, at.y), azimuth = atan2(at.y, at.x);
+  const double r = immediates[0] == CHART_ISOTROPIC ? disk_radius_isotropic(drawn / mass) : disk_radius_oblate(drawn / mass, a);
+  const double k_r = (at.x * out_of.x + at.y * out_of.y) / drawn;
+  const double k_phi = sense * (at.x * out_of.y - at.y * out_of.x) / drawn;
   double doppler = disk_doppler(r, a, k_r, k_phi);
   double gravitational = p->ray.frequency > 0 ? p->ray.frequency : disk_gravitational(r, a, k_phi);
   if (!(doppler > 0 && doppler < INFINITY)) doppler = 0; /* at the horizon and within */
