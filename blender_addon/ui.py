@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bentlight_native
 import bpy
 
 from .compatibility import ENGINE
@@ -256,6 +257,9 @@ class BENTLIGHT_PT_disk(_Panel, bpy.types.Panel):
         column.prop(disk, "inner_edge")
         if disk.inner_edge == "CUSTOM":
             column.prop(disk, "inner_radius")
+        else:
+            spin = context.object.bentlight.spin
+            column.label(text=f"{bentlight_native.disk_isco(spin):.3f} masses", icon="BLANK1")
         column.prop(disk, "outer_radius")
         column.prop(disk, "softness")
         column.separator()

@@ -7,7 +7,7 @@ from bentlight_native import ProgramBuilder, Spacetime, disk_drawn_radius, disk_
 from golden import numbers, rows, sine_cosine_deg
 from meshes import annulus
 from rays import oblate_basis, unit
-from scenes import look_at, new_scene, perspective, render
+from scenes import add, glossy, look_at, new_scene, perspective, quad, render
 
 RADII = rows("kerr_radii.csv")
 SHIFTS = rows("redshift.csv")
@@ -123,6 +123,27 @@ def test_shift_to_infinity(row):
     else:
         isotropic = shade_disk(spin, r, 0.0, k_phi, "ISOTROPIC")
         assert isotropic == pytest.approx(seen, rel=1e-12, abs=1e-12)
+
+
+def test_legs_multiply():
+    """A camera on the axis sees the disk in a mirror behind it: the two legs' factors make that between disk and
+    camera, as without the mirror; g of light without angular momentum is sqrt(1 - 3/r) over the lapse where the camera is."""
+    scene = new_scene()
+    scene.set_spacetime(Spacetime.schwarzschild(1, "areal"))
+    material = scene.add_material(disk_program(0.0))
+    ring = scene.add_mesh(*annulus(6, 20, 12, 64))
+    scene.add_instance(ring, np.eye(4), materials=np.array([material], np.int32))
+    above = np.eye(4)
+    above[2, 3] = 12
+    add(scene, quad(40, 40), glossy((1, 1, 1), 0.0), at=above)
+    perspective(scene, look_at((0, 0, 8), (0, 0, 12), (0, 1, 0)), half=1.5)
+    scene.commit()
+    settings = {"max_bounces": 1, "glossy_bounces": 1, "transparent_bounces": 9}
+    seen = render(scene, 32, 32, 1, names=("combined",), **settings)[0]["combined"].astype(float)
+    r, g = seen[..., 0], seen[..., 2]
+    once = (r > 6) & (r < 20) & (g < np.sqrt(1 - 3 / 20) / np.sqrt(1 - 2 / 8) + 1e-6)  # not the sum of two crossings
+    assert once.sum() > 50
+    assert np.abs(g[once] / np.sqrt((1 - 3 / r[once]) / (1 - 2 / 8)) - 1).max() < 1e-5
 
 
 def test_falling_matter():

@@ -1,10 +1,12 @@
 """The accretion disk as a light: irradiance in closed form, and agreement of all ways to find its light."""
 
+import meshes
 import numpy as np
 import pytest
 from bentlight_native import ProgramBuilder, Spacetime
 from meshes import annulus
-from scenes import new_scene
+from scenes import add, look_at, new_scene, perspective
+from test_bidirectional import GRAY, assert_equal_means, pictures
 from test_direct_light import patch_radiance
 from test_render_light import z_score
 
@@ -66,3 +68,14 @@ def test_all_ways_to_find_the_disk_agree(spin):
     for i in (1, 2):
         assert abs(means[0] - means[i]) / np.sqrt(variances[0] + variances[i]) < 4, means
     assert np.sqrt(variances[2]) < 0.03 * means[2]  # or the test could not tell
+
+
+def test_from_both_ends():
+    """A room lit by the disk, traced from both ends: the shift between disk and camera is known when light starts."""
+    scene = disk_scene(0.0, 6.0, 9.0, 0.15, power=0.0)
+    add(scene, meshes.box((-2, -2, -2), (2, 2, 2)), GRAY)
+    perspective(scene, look_at((0, -1.9, 0.9), (0, 1.9, -0.9)))
+    scene.commit()
+    assert scene.bidirectional_obstacle() is None
+    both = pictures(scene, 8, 16, integrator="BIDIRECTIONAL")
+    assert_equal_means(both, pictures(scene, 32, 16))

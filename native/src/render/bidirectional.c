@@ -21,8 +21,7 @@ const char *bent_scene_bidirectional_obstacle(const bent_scene *scene)
     if ((v & scattering) != scattering || v & BENT_SHADOWLESS)
       return "an object is hidden from some kinds of ray, or casts no shadow";
   }
-  if (shading_any_asks_frequency(scene->shading)) return "a material asks how the frequency of light is shifted (accretion disks)";
-  return shading_any_asks_history(scene->shading) ? "a material asks for a ray's history (Light Path)" : NULL;
+  return shading_any_asks_history(scene->shading) ? "a material asks for a ray's history (Light Path, image order)" : NULL;
 }
 
 /* ---- The chain ---- */

@@ -217,6 +217,15 @@ static void start(const tracer *t, const pixel_sample *wanted, int index, light_
   path_set_ray(t, ray, w->from, direction, &lamp);
 }
 
+/* How the camera sees what shines, by whatever path: without spin the shift of frequency is one of the two places. */
+static ray_history seen_from_camera(const tracer *t, vec3 place, vec3 direction)
+{
+  ray_history ray = RAY_SCATTERED;
+  const frequency_leg leg = {.from = t->eye, .launch = direction, .to = place, .arrival = direction};
+  if (t->asks_frequency) ray.frequency = frequency_ratio(t->scene->geometry, &leg);
+  return ray;
+}
+
 /* What the lamp sends towards the first vertex, so far away, becomes the subpath's flux, and the chain begins. Returns 0 if nothing. */
 static int shine(const tracer *t, light_walk *w, double length)
 {
@@ -230,7 +239,8 @@ static int shine(const tracer *t, light_walk *w, double length)
   } else {
     area = v3_length(w->start.area);
     cosine = fabs(v3_dot(w->start.area, out)) / area;
-    light = lights_radiance(t->scene, &w->start, length, v3_scale(out, -1), &RAY_SCATTERED);
+    const ray_history seen = seen_from_camera(t, w->start.target, out);
+    light = lights_radiance(t->scene, &w->start, length, v3_scale(out, -1), &seen);
   }
   const double density = w->chance / area; /* of the place */
   const vec3 flux = v3_scale(light, cosine / (density * pdf));

@@ -158,12 +158,16 @@ static int asks_length(const int32_t *code)
 /* What the host asks about a material as a whole. A lobe with a constant weight of 0 does not count. */
 static void classify(program *p)
 {
+  int image_order = -1;
   for (size_t at = 0; at < p->code_length; at += instruction_length(&rows[p->code[at]])) {
     const int32_t *code = p->code + at;
     const row_kind kind = rows[code[0]].kind;
     const vec3 zero = v3(0, 0, 0), *in[OPERANDS_MAX] = {NULL};
-    for (int i = 0; i < rows[code[0]].info.operands; i++)
+    for (int i = 0; i < rows[code[0]].info.operands; i++) {
       if (code[2 + i] < 0) in[i] = operand(p, NULL, code[2 + i]);
+      else if (code[2 + i] == image_order) p->asks_history = 1;
+    }
+    if (rows[code[0]].run == op_disk) image_order = code[1] + 4;
 #define IS_ZERO(i) (in[i] && in[i]->x == zero.x && in[i]->y == zero.y && in[i]->z == zero.z)
     if (rows[code[0]].run == op_light_path && code[2] >= PATH_IS_DIFFUSE) p->asks_scattering = 1;
     p->lobe_count += lobes_of(&rows[code[0]]);
