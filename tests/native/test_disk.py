@@ -127,7 +127,7 @@ def test_shift_to_infinity(row):
 
 def test_legs_multiply():
     """A camera on the axis sees the disk in a mirror behind it: the two legs' factors make that between disk and
-    camera, as without the mirror; g of light without angular momentum is sqrt(1 - 3/r) over the lapse where the camera is."""
+    camera, as without the mirror. g of light without angular momentum is sqrt(1 - 3/r) over the camera's lapse."""
     scene = new_scene()
     scene.set_spacetime(Spacetime.schwarzschild(1, "areal"))
     material = scene.add_material(disk_program(0.0))

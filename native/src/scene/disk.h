@@ -98,7 +98,8 @@ DISK_FUNCTION disk_flux_term(REAL x, REAL x0, REAL root, REAL second, REAL third
 }
 
 /* Energy that each side of the disk radiates per area and time, in the frame of its matter, times 4 pi M^2 over the rate at
- * which mass falls in; 0 within the ISCO. Error: 1e-15 over the square of the distance to the ISCO. a < 1. */
+ * which mass falls in; 0 within the ISCO. Relative error: 1e-15 over the square of the distance to the ISCO,
+ * in its radii; in single precision below 1e-3 from 1.2 ISCO radii on. a < 1. */
 DISK_FUNCTION disk_flux(REAL r, REAL a)
 {
   REAL inner = disk_isco(a);
