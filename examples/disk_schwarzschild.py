@@ -21,7 +21,7 @@ def hole_with_disk(spin: float, inclination: float, outer: float = 20.0) -> bpy.
     """A hole of mass 1 and its disk, seen from afar, in empty space."""
     scene = common.new_scene(samples=64)
     scene.bentlight.max_bounces = 0
-    scene.view_settings.view_transform, scene.view_settings.exposure = "AgX", 0.5
+    scene.view_settings.view_transform, scene.view_settings.exposure = "AgX", 0.0
     bpy.ops.bentlight.black_hole_add(mass=1.0, spin=spin, location=(0, 0, 0))
     disk = bpy.context.object.bentlight.disk
     disk.enable = True

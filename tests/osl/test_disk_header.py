@@ -102,7 +102,7 @@ def core_shift(spin, r, k_r, k_phi):
 
 
 def test_cycles_computes_what_the_core_does(tmp_path):
-    """In single precision: flux to 1e-3 from 1.2 times the last stable orbit's radius on (temperature to a fourth of that),
+    """In single precision: flux to 1e-3 from 1.2 times the radius of the last stable orbit on (temperature to a 4th),
     g to 2e-6, the pattern to 1e-3 (its noise is that of Cycles)."""
     rng, count = np.random.default_rng(5), 60
     a = np.float32(rng.uniform(0, 0.998, count)).astype(float)
