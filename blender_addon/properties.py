@@ -366,7 +366,9 @@ class BentlightObjectSettings(bpy.types.PropertyGroup):
         default=False,
         options={"HIDDEN"},
     )
-    disk: PointerProperty(type=BentlightDiskSettings)
+    disk: PointerProperty(
+        name="Accretion Disk", description="Matter in orbit around a black hole", type=BentlightDiskSettings
+    )
 
 
 def _passes_changed(self: "BentlightViewLayerSettings", context: bpy.types.Context) -> None:
