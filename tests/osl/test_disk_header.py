@@ -5,75 +5,22 @@ import re
 from pathlib import Path
 
 import numpy as np
-import pytest
+import shader_values
 from bentlight_native import ProgramBuilder, Scene, disk_drawn_radius, disk_flux, disk_isco
 
 HEADER = Path(__file__).parents[2] / "native" / "src" / "scene" / "disk.h"
-bpy = pytest.importorskip("bpy")
-
-
-def compiled(source, folder):
-    """The path of a compiled shader."""
-    import _cycles
-
-    (folder / "probe.osl").write_text(source)
-    assert _cycles.osl_compile(str(folder / "probe.osl"), str(folder / "probe.oso"))
-    return folder / "probe.oso"
 
 
 def test_every_function_compiles(tmp_path):
+    import _cycles
+
     functions = re.findall(r"DISK_FUNCTION (disk_\w+)\(([^)]*)\)", HEADER.read_text())
     assert len(functions) >= 20
     calls = "\n".join(f"  result += {name}({', '.join(['a'] * (args.count(',') + 1))});" for name, args in functions)
-    path = compiled(
-        f'#include "{HEADER}"\nshader probe(float a = 0.1, output float result = 0)\n{{\n{calls}\n}}\n', tmp_path
-    )
-    assert "shader probe" in path.read_text()
-
-
-def values_in_cycles(columns, expressions, folder):
-    """(n, 3): what Cycles' shader makes of three OSL expressions of named columns (n,), a pixel each."""
-    count = len(next(iter(columns.values())))
-    arrays = "\n".join(
-        f"  float {name}_[{count}] = {{{', '.join(f'{x:.9g}' for x in values)}}};\n  float {name} = {name}_[i];"
-        for name, values in columns.items()
-    )
-    path = compiled(
-        f'#include "{HEADER}"\nshader probe(output closure color Result = 0)\n{{\n'
-        f"  int i = int(P[0]);\n{arrays}\n  Result = color({', '.join(expressions)}) * emission();\n}}\n",
-        folder,
-    )
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    scene = bpy.context.scene
-    scene.render.engine, scene.cycles.shading_system = "CYCLES", True
-    scene.cycles.samples, scene.cycles.use_denoising = 1, False
-    scene.cycles.use_adaptive_sampling, scene.cycles.pixel_filter_type = False, "BOX"
-    scene.render.resolution_x, scene.render.resolution_y = count, 4
-    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
-    camera.data.type, camera.data.ortho_scale = "ORTHO", count
-    camera.location = (count / 2, 2, 1)
-    scene.collection.objects.link(camera)
-    scene.camera = camera
-    bpy.ops.mesh.primitive_plane_add(size=2 * count, location=(count / 2, 2, 0))
-    material = bpy.data.materials.new("Probe")
-    material.use_nodes = True
-    tree = material.node_tree
-    tree.nodes.clear()
-    script, output = tree.nodes.new("ShaderNodeScript"), tree.nodes.new("ShaderNodeOutputMaterial")
-    script.mode, script.filepath = "EXTERNAL", str(path)
-    socket = script.outputs.get("Result") or script.outputs.new("NodeSocketShader", "Result", identifier="Result")
-    tree.links.new(socket, output.inputs["Surface"])
-    bpy.context.object.data.materials.append(material)
-    settings = scene.render.image_settings
-    if hasattr(settings, "media_type"):
-        settings.media_type = "IMAGE"
-    settings.file_format, settings.color_depth = "OPEN_EXR", "32"
-    scene.render.filepath = str(folder / "probe.exr")
-    bpy.ops.render.render(write_still=True)
-    image = bpy.data.images.load(str(folder / "probe.exr"))
-    pixels = np.empty(count * 4 * 4, np.float32)
-    image.pixels.foreach_get(pixels)
-    return pixels.reshape(4, count, 4)[1, :, :3].astype(float)
+    shader = f'#include "{HEADER}"\nshader probe(float a = 0.1, output float result = 0)\n{{\n{calls}\n}}\n'
+    (tmp_path / "probe.osl").write_text(shader)
+    assert _cycles.osl_compile(str(tmp_path / "probe.osl"), str(tmp_path / "probe.oso"))
+    assert "shader probe" in (tmp_path / "probe.oso").read_text()
 
 
 def shade(operation, columns, immediates=()):
@@ -110,10 +57,12 @@ def test_cycles_computes_what_the_core_does(tmp_path):
     r = np.float32(inner * np.exp(rng.uniform(np.log(1.2), np.log(30), count))).astype(float)
     k = rng.normal(size=(count, 3))
     k_r, k_phi, _ = np.float32(k / np.linalg.norm(k, axis=1, keepdims=True)).astype(float).T
-    columns = {"r": r, "a": a, "k_r": k_r, "k_phi": k_phi}
-    expressions = ("1e4 * disk_flux(r, a)", "disk_doppler(r, a, k_r, k_phi) * disk_gravitational(r, a, k_phi)",
-                   "2 + disk_pattern(r, a, k_phi * 3, 0.3 + k_r, 40, 2)")  # fmt: skip
-    seen = values_in_cycles(columns, expressions, tmp_path)
+    code = """
+      float r = in[0], a = in[1], k_r = in[2], k_phi = in[3];
+      out = vector(1e4 * disk_flux(r, a), disk_doppler(r, a, k_r, k_phi) * disk_gravitational(r, a, k_phi),
+                   2 + disk_pattern(r, a, 3 * k_phi, 0.3 + k_r, 40, 2));
+    """
+    seen = shader_values.evaluate(tmp_path, ["disk.h"], code, np.stack([r, a, k_r, k_phi], axis=1)).astype(float)
     flux = np.array([disk_flux(x, spin) for x, spin in zip(r, a, strict=True)])
     assert np.abs(seen[:, 0] / (1e4 * flux) - 1).max() < 1e-3
     shift = np.array([core_shift(*row) for row in zip(a, r, k_r, k_phi, strict=True)])

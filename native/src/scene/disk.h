@@ -152,4 +152,6 @@ DISK_FUNCTION disk_luminance_from_stored(REAL stored, REAL kelvin) { return exp(
 
 #undef REAL
 #undef DISK_FUNCTION
+#undef DISK_MAX
+#undef DISK_NOISE
 #endif
