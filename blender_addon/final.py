@@ -5,8 +5,10 @@ from __future__ import annotations
 import logging
 import math
 import time
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import replace
+from typing import TypeVar
 
 import bentlight_native
 import bpy
@@ -15,13 +17,15 @@ import numpy as np
 from . import memory, passes
 from .properties import check_range
 from .report import RenderError, Reporter
-from .session import FinishedTile, Session, Tile, spiral_tiles
+from .session import FinishedTile, Session, StarLight, Tile, spiral_tiles
 from .sync.camera import image_size, read_camera
 from .sync.native import build_scene
 from .sync.objects import read_scene
 from .sync.scene_data import CameraData, SceneData
+from .sync.spacetime import influence_radii
 
 log = logging.getLogger(__name__)
+T = TypeVar("T")
 
 _POLL = 0.05  # seconds between looks at the user's wish to stop
 _STATUS_INTERVAL = 0.5  # seconds between status lines
@@ -144,7 +148,12 @@ class _ViewRender:
         if native is None or should_stop():
             self._write_nothing()
             return
-        self._render_tiles(native)
+        settings = self._possible(render_settings(self._scene, self._view_layer, self._engine.is_preview), native)
+        stars = self._find_stars(data, native, settings)
+        if should_stop():
+            self._write_nothing()
+            return
+        self._render_tiles(native, settings, stars)
 
     def _add_passes(self) -> None:
         for item in self._passes:
@@ -169,16 +178,49 @@ class _ViewRender:
             self._engine.camera_shift_x(camera),
         )
 
+    def _find_stars(
+        self, data: SceneData, native: bentlight_native.Scene, settings: bentlight_native.RenderSettings
+    ) -> StarLight | None:
+        """Where the camera sees the world's stars; None if there are none, or the user gave up."""
+        if data.stars is None:
+            return None
+        if not native.shows_stars():
+            self._reporter.warn("Stars are shown by perspective cameras only; there are none in this picture")
+            return None
+        for item, radius in zip(data.spacetimes, influence_radii(data.spacetimes), strict=True):
+            if item.spin and radius != math.inf:
+                self._reporter.warn(
+                    f"Black hole '{item.name}' spins within a sphere of influence: no stars are seen in it"
+                )
+
+        def find(progress: bentlight_native.Progress) -> StarLight:
+            images = native.find_stars(
+                data.stars.directions,
+                (settings.width, settings.height),
+                margin=settings.filter_width / 2,
+                tolerance=settings.tolerance,
+                transparent_bounces=settings.transparent_bounces,
+                threads=self._scene.render.threads,
+                progress=progress,
+            )
+            return StarLight(images, images.light(data.stars.irradiance))
+
+        return self._on_a_thread(find)
+
     def _build(self, data: SceneData) -> bentlight_native.Scene | None:
-        """The native scene, built on a thread of its own: who gives up need not wait for it. None if they did."""
+        """The native scene; None if the user gave up."""
+        return self._on_a_thread(lambda progress: build_scene(data, progress))
+
+    def _on_a_thread(self, work: Callable[[bentlight_native.Progress], T]) -> T | None:
+        """What `work` returns, done on a thread of its own: who gives up need not wait for it. None if they did."""
         progress = bentlight_native.Progress()
         with ThreadPoolExecutor(1) as pool:
-            building = pool.submit(build_scene, data, progress)
-            while not wait([building], _POLL).done:
+            doing = pool.submit(work, progress)
+            while not wait([doing], _POLL).done:
                 if self._engine.test_break():
                     progress.cancel()
         try:
-            return building.result()
+            return doing.result()
         except bentlight_native.Cancelled:
             return None
 
@@ -187,13 +229,14 @@ class _ViewRender:
         size = next((size for size in _TILE_SIZES if size * size <= largest), _TILE_SIZES[-1])
         return spiral_tiles(*self._border, size)
 
-    def _render_tiles(self, native: bentlight_native.Scene) -> None:
+    def _render_tiles(
+        self, native: bentlight_native.Scene, settings: bentlight_native.RenderSettings, stars: StarLight | None
+    ) -> None:
         threads = self._scene.render.threads
         channels = [item.channel for item in self._passes]
-        settings = self._possible(render_settings(self._scene, self._view_layer, self._engine.is_preview), native)
         tiles = self._tiles(threads, settings.sample_count)
         limit = 0.0 if self._engine.is_preview else self._scene.bentlight.time_limit
-        session = Session(native, settings, tiles, channels, threads, limit)
+        session = Session(native, settings, tiles, channels, threads, limit, stars)
         written = False
         for finished in session.finished(_POLL):
             if finished:

@@ -1,4 +1,4 @@
-"""The one declaration of the user's settings, on scenes, objects and view layers."""
+"""The one declaration of the user's settings, on scenes, objects, worlds and view layers."""
 
 from collections.abc import Iterable
 
@@ -6,6 +6,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from .properties_disk import BentlightDiskSettings
+from .properties_stars import BentlightWorldSettings
 from .report import RenderError
 from .sync import spacetime
 
@@ -405,10 +406,17 @@ class BentlightViewLayerSettings(bpy.types.PropertyGroup):
     )
 
 
-_CLASSES = (BentlightSceneSettings, BentlightDiskSettings, BentlightObjectSettings, BentlightViewLayerSettings)
+_CLASSES = (
+    BentlightSceneSettings,
+    BentlightDiskSettings,
+    BentlightObjectSettings,
+    BentlightWorldSettings,
+    BentlightViewLayerSettings,
+)
 _OWNERS = (
     (bpy.types.Scene, BentlightSceneSettings),
     (bpy.types.Object, BentlightObjectSettings),
+    (bpy.types.World, BentlightWorldSettings),
     (bpy.types.ViewLayer, BentlightViewLayerSettings),
 )
 
@@ -423,7 +431,7 @@ def check_range(settings: bpy.types.bpy_struct, names: Iterable[str]) -> None:
 
 
 def register() -> None:
-    """Gives every scene, object and view layer its settings."""
+    """Gives every scene, object, world and view layer its settings."""
     for cls in _CLASSES:
         bpy.utils.register_class(cls)
     for owner, settings in _OWNERS:

@@ -38,6 +38,18 @@ class FinishedTile:
     channels: dict[str, np.ndarray]
 
 
+@dataclass(frozen=True)
+class StarLight:
+    """The images of stars in the whole picture, and what each brings to it (StarImages.light)."""
+
+    images: bentlight_native.StarImages
+    light: np.ndarray
+
+
+# What shows stars: the sky's channels.
+_STAR_CHANNELS = ("combined", "environment", "denoising_albedo")
+
+
 @dataclass
 class _Work:
     """A tile with the samples that it has so far, and the rounds that it still is to take."""
@@ -78,6 +90,8 @@ class Session:
 
     The integrator BIDIRECTIONAL brings light from lamps to all of the picture from every tile: tiles come with what
     there is so far, and all of them again at the end.
+
+    Stars are added to finished tiles: they take no samples.
     """
 
     def __init__(
@@ -88,10 +102,12 @@ class Session:
         channels: Sequence[str],
         threads: int,
         time_limit: float = 0.0,
+        stars: StarLight | None = None,
     ) -> None:
         self._scene = scene
         self._settings = settings
         self._time_limit = time_limit
+        self._stars = stars
         rounds = list(sample_rounds(settings.sample_count)) if time_limit else [(0, settings.sample_count)]
         resumed = _RESUMED_CHANNELS if time_limit and settings.noise_threshold else ()
         names = dict.fromkeys((*channels, "sample_count", *resumed))
@@ -150,9 +166,9 @@ class Session:
                 if result is None:
                     self._running -= 1
                 else:
-                    yield self._lit(result)
+                    yield self._starry(self._lit(result))
             if self._light is not None:
-                yield from map(self._lit, list(self._unlit.values()))
+                yield from map(self._starry, map(self._lit, list(self._unlit.values())))
         finally:
             self.close()
 
@@ -173,6 +189,24 @@ class Session:
         part = self._light[tile.y : tile.y + tile.height, tile.x : tile.x + tile.width]
         combined[..., :3] += bentlight_native.light_image(part, samples, size)
         return replace(finished, channels=finished.channels | {"combined": combined})
+
+    def _starry(self, finished: FinishedTile) -> FinishedTile:
+        """The tile with the stars in it. A transparent film shows none, but its passes do."""
+        if self._stars is None:
+            return finished
+        tile, settings, channels = finished.tile, self._settings, dict(finished.channels)
+        shown = self._stars.images.draw(
+            self._stars.light,
+            (settings.width, settings.height),
+            (tile.x, tile.y, tile.width, tile.height),
+            settings.filter,
+            settings.filter_width,
+        )
+        for name in _STAR_CHANNELS:
+            if name in channels and not (name == "combined" and settings.film_transparent):
+                channels[name] = channels[name].copy()
+                channels[name][..., :3] += shown
+        return replace(finished, channels=channels)
 
     def _run(self) -> None:
         """A worker: round by round until there are none, the time is over, or someone cancels or fails."""

@@ -146,6 +146,30 @@ class BENTLIGHT_PT_passes_spacetime(_Panel, bpy.types.Panel):
             column.prop(context.view_layer.bentlight, name)
 
 
+class BENTLIGHT_PT_stars(_Panel, bpy.types.Panel):
+    """Points of light in the sky."""
+
+    bl_label = "Stars"
+    bl_context = "world"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and context.world is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        settings = context.world.bentlight
+        column = self.column()
+        column.prop(settings, "stars")
+        if settings.stars == "PROCEDURAL":
+            for name in ("star_count", "star_seed", "star_brightest", "star_slope"):
+                column.prop(settings, name)
+        elif settings.stars == "CATALOG":
+            column.prop(settings, "star_catalog")
+        if settings.stars != "OFF":
+            column.prop(settings, "star_strength")
+            column.prop(settings, "star_rotation")
+
+
 class BENTLIGHT_PT_ray_visibility(_Panel, bpy.types.Panel):
     """Which rays see an object."""
 
@@ -326,6 +350,7 @@ _CLASSES = (
     BENTLIGHT_PT_performance,
     BENTLIGHT_PT_passes,
     BENTLIGHT_PT_passes_spacetime,
+    BENTLIGHT_PT_stars,
     BENTLIGHT_PT_ray_visibility,
     BENTLIGHT_PT_spacetime,
     BENTLIGHT_PT_cycles,

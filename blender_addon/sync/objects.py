@@ -16,6 +16,7 @@ from .hashing import WORD, hash_words
 from .light_linking import LightLinking
 from .material import MaterialTable
 from .scene_data import CameraData, InstanceData, LampData, MeshData, SceneData, SpacetimeData, Visibility
+from .stars import read_stars
 
 _SINGULAR = 5e-7  # of the volume of the box that a matrix's columns could span: less may be rounding of float32
 _ZERO_SIZE = "Object '{}' has zero size: none of its faces has an area. To hide an object, disable it in renders"
@@ -60,7 +61,9 @@ class _SceneReader:
         self._empty_slot: int | None = None
         self._linking = LightLinking(depsgraph.objects, reporter)
         if self._view_layer.use_sky:
-            self._materials.set_world(self._view_layer_world(depsgraph.scene_eval))
+            world = self._view_layer_world(depsgraph.scene_eval)
+            self._materials.set_world(world)
+            self._data.stars = None if studio else read_stars(world)
 
     def add(self, instance: bpy.types.DepsgraphObjectInstance) -> None:
         obj = instance.object

@@ -85,6 +85,14 @@ class SunData:
 
 
 @dataclass
+class StarData:
+    """Points of the sky that only the camera sees."""
+
+    directions: np.ndarray  # (n, 3) unit, towards the stars
+    irradiance: np.ndarray  # (n, 3) linear RGB, of what faces them
+
+
+@dataclass
 class SpacetimeData:
     """A black hole or one mouth of a wormhole. Lengths are in its own units unless said otherwise."""
 
@@ -142,3 +150,4 @@ class SceneData:
     images: list[Any] = field(default_factory=list)
     materials: list[Any] = field(default_factory=list)
     world: Any = None
+    stars: StarData | None = None

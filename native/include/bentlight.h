@@ -17,4 +17,5 @@
 #include "bentlight/shading.h"   /* images, materials, the world */
 #include "bentlight/intersect.h" /* curved rays against the scene */
 #include "bentlight/render.h"    /* path tracing by tiles */
+#include "bentlight/stars.h"     /* points of the sky, without noise */
 #endif

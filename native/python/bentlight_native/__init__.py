@@ -26,6 +26,7 @@ from .program import OPERATIONS, Program, ProgramBuilder
 from .render import CHANNELS, RenderSettings, RenderStatistics, light_image
 from .scene import Scene
 from .sphere import LensSphere
+from .stars import StarImages
 from .table import MAP_VERSION, DeflectionTable, SampledTable
 from .trace import FATES, ray_path, trace_rays
 
@@ -50,6 +51,7 @@ __all__ = [
     "SampledTable",
     "Scene",
     "Spacetime",
+    "StarImages",
     "connect",
     "connect_sky",
     "contains",

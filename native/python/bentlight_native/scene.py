@@ -4,7 +4,8 @@ from . import _core
 from .geometry import GeometryMethods
 from .render import RenderMethods
 from .shading import ShadingMethods
+from .stars import StarMethods
 
 
-class Scene(GeometryMethods, RenderMethods, ShadingMethods, _core.Scene):
+class Scene(GeometryMethods, RenderMethods, ShadingMethods, StarMethods, _core.Scene):
     """A scene: edit it from one thread, commit(), then read it from many."""

@@ -68,9 +68,12 @@ bent_progress *progress_value(PyObject *object, int *ok);
 /* The scene inside a Scene, or NULL with TypeError. */
 bent_scene *scene_value(PyObject *object);
 
-/* Methods of Scene, by topic: scene_geometry.c, scene_shading.c, scene_render.c. */
-extern PyMethodDef scene_geometry_methods[], scene_shading_methods[], scene_render_methods[];
+/* The filter of that name, or -1 with a ValueError: scene_render.c. */
+int filter_value(const char *name);
+
+/* Methods of Scene, by topic: scene_geometry.c, scene_shading.c, scene_render.c, scene_stars.c. */
+extern PyMethodDef scene_geometry_methods[], scene_shading_methods[], scene_render_methods[], scene_star_methods[];
 /* Functions of the module, by topic. */
 extern PyMethodDef trace_functions[], connect_functions[], table_functions[], sphere_functions[], render_functions[],
-    embree_functions[], disk_functions[];
+    embree_functions[], disk_functions[], star_functions[];
 #endif

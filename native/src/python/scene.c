@@ -1,4 +1,4 @@
-/* Scene: the handle type; its methods live in scene_geometry.c, scene_shading.c and scene_render.c. */
+/* Scene: the handle type; its methods live in scene_geometry.c, scene_shading.c, scene_render.c and scene_stars.c. */
 #include "python.h"
 
 #include <stdlib.h>
@@ -35,7 +35,8 @@ static void dealloc(PyObject *self)
 /* One method table out of the topics' tables; it lives as long as the process. */
 static PyMethodDef *gather(void)
 {
-  PyMethodDef *const topics[] = {scene_geometry_methods, scene_shading_methods, scene_render_methods};
+  PyMethodDef *const topics[] = {scene_geometry_methods, scene_shading_methods, scene_render_methods,
+                                 scene_star_methods};
   size_t count = 1, used = 0;
   for (size_t t = 0; t < sizeof topics / sizeof *topics; t++)
     for (PyMethodDef *m = topics[t]; m->ml_name; m++) count++;

@@ -49,6 +49,8 @@ static int choose(const char *text, const char *what, const char *const *names, 
   return -1;
 }
 
+int filter_value(const char *name) { return choose(name, "filter", FILTERS, COUNT(FILTERS)); }
+
 static PyObject *set_camera(PyObject *self, PyObject *args, PyObject *keywords)
 {
   static char *names[] = {"kind", "world_from_camera", "viewplane", "clip_start", "clip_end", "longitude_min",
@@ -425,7 +427,7 @@ static PyObject *render_tile(PyObject *self, PyObject *args, PyObject *keywords)
   int ok;
   bent_progress *progress = progress_value(progress_object, &ok);
   const bent_scene *scene = scene_value(self);
-  const int kind = choose(filter, "filter", FILTERS, COUNT(FILTERS));
+  const int kind = filter_value(filter);
   const int sampling = kind < 0 ? -1 : choose(light_sampling, "light_sampling", LIGHT_SAMPLINGS, BENT_LIGHT_SAMPLINGS);
   const int way = sampling < 0 ? -1 : choose(integrator, "integrator", INTEGRATORS, BENT_INTEGRATORS);
   const int chosen = way < 0 ? -1 : choose(pattern, "sampling_pattern", PATTERNS, BENT_SAMPLING_PATTERNS);
@@ -515,7 +517,7 @@ static PyObject *filter_offsets(PyObject *module, PyObject *args)
   double width;
   PyObject *object;
   if (!PyArg_ParseTuple(args, "sdO:filter_offsets", &name, &width, &object)) return NULL;
-  const int kind = choose(name, "filter", FILTERS, COUNT(FILTERS));
+  const int kind = filter_value(name);
   Py_ssize_t shape[] = {-1};
   buffer values;
   if (kind < 0 || buffer_get(&values, object, "u", 'd', 1, shape, BUFFER_WRITE)) return NULL;

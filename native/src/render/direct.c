@@ -377,17 +377,16 @@ static int arrives(const shadow *s, const bent_hit *hit)
   return hit->borders >= s->borders; /* behind a target it may end as it likes */
 }
 
-/* What part of the light a surface lets straight through. */
-static vec3 transmitted(const tracer *t, const path_block *block, const bent_hit *hit, const shadow *s)
+vec3 direct_transmitted(const bent_scene *scene, const bent_hit *hit, double length, const ray_history *ray, closure *room)
 {
   surface surface;
-  surface_at(t->scene, hit, s->length + hit->length, &surface);
-  surface.point.ray = s->ray;
-  if (surface.see_through || t->scene->geometry->instances[hit->instance].visibility & BENT_IMMATERIAL) return v3_splat(1);
+  surface_at(scene, hit, length, &surface);
+  surface.point.ray = *ray;
+  if (surface.see_through || scene->geometry->instances[hit->instance].visibility & BENT_IMMATERIAL) return v3_splat(1);
   vec3 sum = v3(0, 0, 0);
-  if (!shading_may_be_transparent(t->scene->shading, surface.material)) return sum;
-  closure_set set = {.closures = block->closures};
-  shading_evaluate(t->scene->shading, surface.material, &surface.point, &set);
+  if (!shading_may_be_transparent(scene->shading, surface.material)) return sum;
+  closure_set set = {.closures = room};
+  shading_evaluate(scene->shading, surface.material, &surface.point, &set);
   for (int i = 0; i < set.count; i++)
     if (set.closures[i].kind == CLOSURE_TRANSPARENT) sum = v3_add(sum, set.closures[i].weight);
   return sum;
@@ -416,7 +415,7 @@ static int shadow_step(const tracer *t, path_block *block, shadow *s, bent_ray *
   if (s->path < 0 && t->scene->geometry->instances[hit->instance].visibility & BENT_HOLDOUT) return 0;
   if (s->blockers >> t->scene->geometry->instances[hit->instance].blocker_set & 1) {
     if (s->ray.transparent >= t->settings->transparent_bounces) return 0;
-    s->light = v3_mul(s->light, transmitted(t, block, hit, s));
+    s->light = v3_mul(s->light, direct_transmitted(t->scene, hit, s->length + hit->length, &s->ray, block->closures));
     s->ray.transparent++;
   }
   if (!(v3_max(s->light) > 0)) return 0;

@@ -55,6 +55,9 @@ bent_ray *direct_add_shadow(const tracer *t, path_block *block, const shadow *s,
 /* Traces all shadows of the block and adds the light that arrives to the paths. */
 bent_status direct_trace(const tracer *t, path_block *block, bent_render_statistics *statistics, bent_progress *progress,
                          bent_error *error);
+/* What part of the light a surface lets straight through: of a ray of that history that came `length` far. room: for its
+ * closures. */
+vec3 direct_transmitted(const bent_scene *scene, const bent_hit *hit, double length, const ray_history *ray, closure *room);
 /* The vector that stands for a surface's upper side in the choice of lights: 0 if light may also come through. */
 vec3 direct_normal(const shade_point *point, const closure_set *set);
 #endif

@@ -1,0 +1,56 @@
+/* Stars: points of the sky without size, as the camera sees them through bent space.
+ *
+ * A star brings an irradiance E to whoever faces it. Bending shows it in several places of the picture, and there makes
+ * it brighter by the magnification, solid angle at the camera per solid angle of sky: radiance stays, images grow. Both
+ * are known by connections (connect.h) instead of chance, so that stars neither flicker nor have noise.
+ */
+#ifndef BENTLIGHT_STARS_H
+#define BENTLIGHT_STARS_H
+#include "bentlight/render.h"
+
+enum { BENT_STAR_IMAGES_MAX = 32 }; /* of one star, on both sides of a throat */
+
+/* A star exactly behind a hole is a ring of boundless brightness, if it has no size. These have one: the magnification mu
+ * of an image is bounded as mu / (1 + (mu / limit)^4)^(1/4), where limit is this, and for images that sweep more than pi
+ * less, like their light, e^-(swept - pi). With the whole limit that changes mu by 2.5e-9 at 1, by 2.5e-5 at 10 and by
+ * 1.5 % at 50, and belongs to stars as wide as about a hundredth of their ring. */
+#define BENT_STAR_MAGNIFICATION_MAX 100.0
+
+/* The picture, and what may hide a star. */
+typedef struct bent_star_view {
+  uint32_t width, height; /* pixels, 1 to 65536 */
+  double margin;          /* pixels around the picture whose images count too, at least 0 */
+  double tolerance;       /* of rays, as in bent_render_settings */
+  uint32_t transparent_bounces;
+} bent_star_view;
+
+/* Caller-owned arrays: image k of star i is entry i * BENT_STAR_IMAGES_MAX + k, k < count[i]. */
+typedef struct bent_star_images {
+  int32_t *count;         /* (n) */
+  double (*place)[2];     /* in the picture, in [0, 1] from its left and bottom edges; a margin beyond */
+  double (*throughput)[3]; /* magnification, times what transparent surfaces in front let through; linear RGB */
+  double *solid_angle;    /* of directions per area of the picture there, which is 1 as a whole */
+  double *swept;          /* about spacetime objects, radians: in [0, pi] the primary image, in [pi, 2 pi] the secondary ... */
+} bent_star_images;
+
+/* Finds the images of stars in the sky directions `directions`, (n, 3) of any length but 0, that the camera of a committed
+ * scene sees. A ray along each is traced: what surfaces or holdouts hide is not listed. Of the images that a lone object
+ * makes, those fainter than 1e-4 of the ones before are left out, around a spinning hole all after the second; light
+ * by way of two objects, or of a spinning one among several, is not known. Relative error of magnifications: 1e-6, around
+ * spinning holes 1e-4. A star's answer depends on that star alone. An orthographic camera sees no single stars:
+ * BENT_ERROR_ARGUMENT, as for panoramas without inverse (bent_scene_shows_stars). progress counts stars. */
+bent_status bent_scene_find_stars(const bent_scene *scene, size_t n, const double (*directions)[3],
+                                  const bent_star_view *view, const bent_star_images *out, bent_progress *progress,
+                                  bent_error *error);
+/* Nonzero if the scene has a camera in whose picture stars have a place. */
+int bent_scene_shows_stars(const bent_scene *scene);
+
+/* Adds n images, at `places` as above, to the tile (x, y, width, height) of a picture: pixels (height, width, 3) of linear
+ * RGB, rows from the bottom. light: the radiance that each image had if it were spread evenly over the whole picture,
+ * E * throughput / solid_angle. It is shared among pixels by the pixel filter, whose weights are made to add up to 1
+ * wherever the image lies, pixels outside of the picture included: light is conserved exactly. The result is the same
+ * to the last bit for any tiles. */
+bent_status bent_stars_draw(size_t n, const double (*places)[2], const double (*light)[3], uint32_t picture_width,
+                            uint32_t picture_height, bent_filter_kind filter, double filter_width,
+                            const uint32_t tile[4], float (*pixels)[3], bent_error *error);
+#endif
