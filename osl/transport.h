@@ -18,6 +18,7 @@
 #define FATE_LOST 0 /* captured, or so close to the critical ray that float32 cannot tell */
 #define FATE_NEAR 1 /* leaves where it came in */
 #define FATE_FAR 2  /* leaves by the other mouth */
+#define FATE_INSIDE 3 /* goes on */
 
 /* Radians, roughly, that a ray turns by in one step; measured: README, "Measured". */
 #define STEP 0.25
@@ -219,22 +220,33 @@ Ray landed(Space space, Ray ray, Ray next, float h)
   return end;
 }
 
+/* One step: the ray's fate, where it then is, and the Mino time of a step that stays inside. */
+int stepped(Space space, Ray ray, output Ray next, output float h)
+{
+  float depth, rate;
+  h = step_of(space, ray);
+  next = advanced(space, ray, h);
+  depth_of(space, next, depth, rate);
+  if (depth < 0 && rate < 0) {
+    next = landed(space, ray, next, h);
+    return next.side > 0 ? FATE_NEAR : FATE_FAR;
+  }
+  float horizon = 1 / (1 + sqrt(1 - space.a * space.a));
+  return space.chart != CHART_WORMHOLE && next.x >= horizon ? FATE_LOST : FATE_INSIDE;
+}
+
 /* From inside the sphere or from its surface to where the ray leaves: fate, point and local direction. */
 int follow(Space space, point start, vector direction, output point p, output vector d)
 {
-  Ray ray;
+  Ray ray, next;
   if (!launch(space, start, direction, ray)) return FATE_LOST;
-  float horizon = 1 / (1 + sqrt(1 - space.a * space.a));
   for (int i = 0; i < STEPS_MAX; i++) {
-    float h = step_of(space, ray), depth, rate;
-    Ray next = advanced(space, ray, h);
-    depth_of(space, next, depth, rate);
-    if (depth < 0 && rate < 0) {
-      Ray end = landed(space, ray, next, h);
-      placed(space, end, p, d);
-      return end.side > 0 ? FATE_NEAR : FATE_FAR;
+    float h;
+    int fate = stepped(space, ray, next, h);
+    if (fate != FATE_INSIDE) {
+      if (fate != FATE_LOST) placed(space, next, p, d);
+      return fate;
     }
-    if (space.chart != CHART_WORMHOLE && next.x >= horizon) return FATE_LOST;
     ray = next;
   }
   return FATE_LOST;

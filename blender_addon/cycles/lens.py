@@ -39,6 +39,7 @@ def _material(name: str) -> bpy.types.Material:
     material = bpy.data.materials.new(name)
     if bpy.app.version < (5, 0, 0):  # where they are optional
         material.use_nodes = True
+    material.cycles.emission_sampling = "NONE"  # a disk is found by rays that lenses bend
     tree = material.node_tree
     tree.nodes.clear()
     node, output = tree.nodes.new("ShaderNodeScript"), tree.nodes.new("ShaderNodeOutputMaterial")
@@ -69,7 +70,13 @@ def remove(lens: bpy.types.Object) -> None:
             bpy.data.materials.remove(material)
 
 
-def update(lens: bpy.types.Object, item: SpacetimeData, radius: float, far: tuple[SpacetimeData, float] | None) -> None:
+def update(
+    lens: bpy.types.Object,
+    item: SpacetimeData,
+    radius: float,
+    far: tuple[SpacetimeData, float] | None,
+    disk: dict[str, shaders.Socket],
+) -> None:
     """Makes a lens what its hole is now; `radius` and that of the other mouth are in world units."""
     scale = mathutils.Matrix.Scale(radius / item.scale, 4)
     if lens.matrix_parent_inverse != mathutils.Matrix.Identity(4):
@@ -78,7 +85,7 @@ def update(lens: bpy.types.Object, item: SpacetimeData, radius: float, far: tupl
         lens.matrix_basis = scale
     nodes = lens.data.materials[0].node_tree.nodes
     node = next(node for node in nodes if node.bl_idname == "ShaderNodeScript")
-    shaders.fill_node(node, shaders.compiled("lens"), _inputs(item, radius, far, _reach(lens.data)))
+    shaders.fill_node(node, shaders.compiled("lens"), _inputs(item, radius, far, _reach(lens.data), disk))
 
 
 def _reach(mesh: bpy.types.Mesh) -> float:
@@ -86,7 +93,11 @@ def _reach(mesh: bpy.types.Mesh) -> float:
 
 
 def _inputs(
-    item: SpacetimeData, radius: float, far: tuple[SpacetimeData, float] | None, reach: float
+    item: SpacetimeData,
+    radius: float,
+    far: tuple[SpacetimeData, float] | None,
+    reach: float,
+    disk: dict[str, shaders.Socket],
 ) -> dict[str, shaders.Socket]:
     """The shader's parameters: lengths in masses or throat radii, float32 as sockets are."""
     wormhole = item.kind == "WORMHOLE"
@@ -100,6 +111,7 @@ def _inputs(
         "Total": ("NodeSocketString", str(total)),
         "Outward": ("NodeSocketString", str(outward)),
     }
+    inputs |= disk
     if far:
         mouth, far_radius = far
         axes = mouth.world_from_spacetime[:3, :3] * (far_radius / mouth.scale)

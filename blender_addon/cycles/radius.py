@@ -21,8 +21,9 @@ def with_lens_radius(item: SpacetimeData, obj: bpy.types.Object) -> SpacetimeDat
     return dataclasses.replace(item, sphere_radius=obj.bentlight.lens_radius or item.sphere_radius)
 
 
-def automatic(item: SpacetimeData, influence: float, obstacles: dict[str, float]) -> float:
-    """World radius for a hole that has none of its own. obstacles: distances of the camera and of meshes."""
+def automatic(item: SpacetimeData, influence: float, obstacles: dict[str, float], reach: float = 0.0) -> float:
+    """World radius for a hole that has none of its own. obstacles: distances of the camera and of meshes; reach: of its
+    disk, which must be inside."""
     largest = item.scale * (
         4 * item.mass / _LEFT_OUT_RAD
         if item.kind == "BLACK_HOLE"
@@ -30,7 +31,7 @@ def automatic(item: SpacetimeData, influence: float, obstacles: dict[str, float]
     )
     smallest = _NEAREST * spacetime.core_radius(item) * item.scale
     room = min([distance for distance in obstacles.values() if distance > 0], default=math.inf)
-    return min(max(_MARGIN * room, smallest), largest, influence)
+    return min(max(min(max(_MARGIN * room, smallest), largest), reach / _MARGIN), influence)
 
 
 def distances(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, origin: mathutils.Vector) -> dict[str, float]:

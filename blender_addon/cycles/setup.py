@@ -10,7 +10,7 @@ import bpy
 from ..report import RenderError
 from ..sync import spacetime
 from ..sync.scene_data import SpacetimeData
-from . import lens, radius, tables
+from . import disk, lens, radius, tables
 
 
 def is_set_up(scene: bpy.types.Scene) -> bool:
@@ -65,8 +65,11 @@ def _choose_radii(
         obstacles = radius.distances(scene, depsgraph, hole.evaluated_get(depsgraph).matrix_world.translation)
         used = influence
         if not item.sphere_radius:
-            used = radius.automatic(item, influence, obstacles)
+            used = radius.automatic(item, influence, obstacles, disk.reach(hole, item))
             chosen[hole] = used / item.scale
+        warnings += disk.warnings(hole)
+        if disk.reach(hole, item) > used:
+            warnings.append(f"The disk of '{hole.name}' reaches out of its lens (radius {used:.4g}) and ends there")
         inside = sorted(name for name, distance in obstacles.items() if name and distance < used)
         if inside:
             warnings.append(
@@ -143,4 +146,6 @@ def update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     for name, (item, used) in found.items():
         if not math.isfinite(used):
             raise RenderError(f"'{name}' has no lens radius: press Use in Cycles")
-        lens.update(lenses[name], item, used, found.get(item.exit) if item.exit else None)
+        hole = lenses[name].parent.evaluated_get(depsgraph)
+        glow = disk.sockets(hole, item, scene.frame_current_final)
+        lens.update(lenses[name], item, used, found.get(item.exit) if item.exit else None, glow)

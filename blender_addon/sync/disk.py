@@ -1,19 +1,22 @@
-"""The accretion disk of a black hole: a mesh that holds it, cut to its radii by its material (disk_program.py)."""
+"""The accretion disk of a black hole: its numbers, and a mesh that holds it, cut by its material (disk_program.py)."""
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from bentlight_native import disk_drawn_radius, disk_isco
+from bentlight_native import disk_drawn_radius, disk_flux, disk_isco, disk_orbit_frequency
 
 from ..report import RenderError
 from .scene_data import MeshData, SpacetimeData
 
 _SEGMENTS, _RINGS = 128, 12  # fine enough for lights to be drawn by how much they shine
 _ABOVE_HORIZON = 1e-3  # of its radius: nearer nothing is seen
+_CONTRAST = 4.0  # of the full pattern
+_RADII = 4000  # at which the hottest place is looked for
 
 
 @dataclass(frozen=True)
@@ -38,6 +41,31 @@ def read_extent(settings: Any, hole: SpacetimeData) -> DiskExtent:
             f"than the inner one, {inner:.4g}"
         )
     return DiskExtent(hole.mass, hole.spin, hole.chart == "ISOTROPIC", inner, settings.outer_radius)
+
+
+@functools.lru_cache(maxsize=64)
+def hottest_flux(extent: DiskExtent) -> float:
+    """The largest of the disk, or a little outside of it if it is small."""
+    radii = np.geomspace(extent.inner, max(extent.outer, 10 * extent.inner), _RADII)
+    return max(disk_flux(radius, extent.spin) for radius in radii)
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """Operands of the core's pattern: fraction of the loop that has passed, its period in masses, streaks, contrast."""
+
+    phase: float
+    period: float
+    scale: float
+    contrast: float
+
+
+def read_pattern(settings: Any, extent: DiskExtent, frame: float) -> Pattern:
+    """The pattern in a frame."""
+    innermost = max(extent.inner, disk_isco(extent.spin))  # of all orbits
+    period = 2 * math.pi * settings.loop_orbits / disk_orbit_frequency(innermost, extent.spin)
+    phase = frame / settings.loop_frames % 1.0
+    return Pattern(phase, period, settings.pattern_scale, _CONTRAST * settings.pattern)
 
 
 def disk_mesh(extent: DiskExtent) -> MeshData:

@@ -12,32 +12,34 @@ from typing import Any
 
 import bpy
 import numpy as np
-from bentlight_native import disk_flux, disk_isco, disk_orbit_frequency
 
 from ..report import RenderError
 from . import thermal
-from .disk import DiskExtent
+from .disk import DiskExtent, Pattern, hottest_flux
 from .images import ImageTable
 from .material import Compiled, compile_output, node_tree
 from .nodes.compiler import Compiler
 
-_CONTRAST, _DEVIATION = 4.0, 0.25  # of the full pattern: exp(contrast * noise), whose mean is made about 1
 _RAMP_ENTRIES = 256
-_RADII = 4000  # at which the hottest place is looked for
 
 
-def compile_disk(owner: str, settings: Any, extent: DiskExtent, phase: float, images: ImageTable) -> Compiled:
-    """The program of a disk; `phase` is the fraction of the pattern's loop that has passed."""
-    writer = _DiskWriter(Compiler(owner, images, bpy.app.version), settings, extent, phase)
+def compile_disk(owner: str, settings: Any, extent: DiskExtent, pattern: Pattern, images: ImageTable) -> Compiled:
+    """The program of a disk."""
+    writer = _DiskWriter(Compiler(owner, images, bpy.app.version), settings, extent, pattern)
     writer.write()
     compiler = writer.compiler
     return Compiled(compiler.builder.build(compiler.owner), compiler.warnings, compiler.wanted)
 
 
+def ramp_table(ramp: bpy.types.ColorRamp) -> np.ndarray:
+    """(n, 4) RGB and alpha at equal steps of a color ramp."""
+    return np.array([tuple(ramp.evaluate(i / (_RAMP_ENTRIES - 1))) for i in range(_RAMP_ENTRIES)], np.float32)
+
+
 class _DiskWriter:
     """Writes one disk's program; operands are as in ProgramBuilder."""
 
-    def __init__(self, compiler: Compiler, settings: Any, extent: DiskExtent, phase: float) -> None:
+    def __init__(self, compiler: Compiler, settings: Any, extent: DiskExtent, pattern: Pattern) -> None:
         self.compiler, self._settings, self._extent = compiler, settings, extent
         self._constant = compiler.builder.constant
         chart = "ISOTROPIC" if extent.is_isotropic else "OBLATE"
@@ -45,7 +47,8 @@ class _DiskWriter:
         mass = self._constant(extent.mass)
         first = compiler.emit("disk", mass, self._spin, immediates=(chart,))
         self._radius, self._azimuth, self._doppler, self._gravitational, self._order = range(first, first + 5)
-        self._noise = self._pattern(phase)
+        values = map(self._constant, (pattern.phase, pattern.period, pattern.scale, pattern.contrast))
+        self._noise = compiler.emit("disk_pattern", self._radius, self._azimuth, self._spin, *values)
 
     def write(self) -> None:
         """Everything."""
@@ -56,9 +59,7 @@ class _DiskWriter:
             color, alpha = self._color()
             cover = self._multiply(cover, self._constant(self._settings.opacity), alpha)
             if self._settings.pattern > 0:
-                contrast = _CONTRAST * self._settings.pattern
-                power = self._math("MULTIPLY_ADD", self._noise, contrast, -((contrast * _DEVIATION) ** 2) / 2)
-                factor = self._math("EXPONENT", power)
+                factor = self._noise + 1  # the operation's second output
                 color = self._multiply(color, factor)
                 cover = self._multiply(cover, self._math("MINIMUM", factor, 1.0))
             self.compiler.emit("emission", cover, color, self._constant(self._settings.strength))
@@ -88,13 +89,6 @@ class _DiskWriter:
             fade = self._math("LESS_THAN", self._radius, extent.outer)
         return self._multiply(inside, fade)
 
-    def _pattern(self, phase: float) -> int:
-        settings, extent = self._settings, self._extent
-        innermost = max(extent.inner, disk_isco(extent.spin))  # of all orbits
-        period = 2 * math.pi * settings.loop_orbits / disk_orbit_frequency(innermost, extent.spin)
-        values = map(self._constant, (phase, period, settings.pattern_scale))
-        return self.compiler.emit("disk_pattern", self._radius, self._azimuth, self._spin, *values)
-
     def _shift(self) -> int:
         """g, as far as the sliders let it."""
         doppler = self._math("POWER", self._doppler, self._settings.doppler)
@@ -114,14 +108,8 @@ class _DiskWriter:
             part = self._math("POWER", self._math("DIVIDE", self._radius, self._extent.inner), -self._settings.exponent)
         else:
             flux = self.compiler.emit("disk_flux", self._radius, self._spin)
-            part = self._math("POWER", self._math("DIVIDE", flux, self._hottest_flux()), 0.25)
+            part = self._math("POWER", self._math("DIVIDE", flux, hottest_flux(self._extent)), 0.25)
         return self._multiply(self._constant(self._settings.temperature), part, self._shift())
-
-    def _hottest_flux(self) -> float:
-        """The largest of the disk, or a little outside of it if it is that small."""
-        extent = self._extent
-        radii = np.geomspace(extent.inner, max(extent.outer, 10 * extent.inner), _RADII)
-        return max(disk_flux(radius, extent.spin) for radius in radii)
 
     def _thermal(self, temperature: int) -> int:
         table = self.compiler.builder.table(thermal.blackbody_table(self.compiler.version))
@@ -138,8 +126,7 @@ class _DiskWriter:
         texture = self._settings.ramp
         if texture is None or not texture.use_color_ramp:
             raise RenderError(f"{self.compiler.owner}: its disk has no color ramp: choose a texture that has one")
-        entries = [texture.color_ramp.evaluate(i / (_RAMP_ENTRIES - 1)) for i in range(_RAMP_ENTRIES)]
-        table = self.compiler.builder.table(np.array([tuple(entry) for entry in entries]))
+        table = self.compiler.builder.table(ramp_table(texture.color_ramp))
         color = self.compiler.emit("ramp", self._depth(), immediates=(*table, "ON"))
         return color, color + 1
 

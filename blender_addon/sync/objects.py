@@ -118,8 +118,8 @@ class _SceneReader:
             return  # the hole is nothing, or refused later
         check_range(settings, type(settings).__annotations__)
         extent = disk.read_extent(settings, hole)
-        phase = self._scene.frame_current_final / settings.loop_frames % 1.0
-        compiled = compile_disk(f"Black hole '{obj.name}'", settings, extent, phase, self._materials.image_table)
+        pattern = disk.read_pattern(settings, extent, self._scene.frame_current_final)
+        compiled = compile_disk(f"Black hole '{obj.name}'", settings, extent, pattern, self._materials.image_table)
         receiver_set, blocker_set = self._linking.sets_of(obj)
         self._data.instances.append(
             InstanceData(

@@ -68,5 +68,5 @@ def test_cycles_computes_what_the_core_does(tmp_path):
     shift = np.array([core_shift(*row) for row in zip(a, r, k_r, k_phi, strict=True)])
     assert np.abs(seen[:, 1] / shift - 1).max() < 2e-6
     ones = np.ones(count)
-    pattern = shade("disk_pattern", (r, 3 * k_phi, a, 0.3 + k_r, 40 * ones, 2 * ones))
+    pattern = shade("disk_pattern", (r, 3 * k_phi, a, 0.3 + k_r, 40 * ones, 2 * ones, ones))
     assert np.abs(seen[:, 2] - 2 - pattern).max() < 1e-3

@@ -19,7 +19,7 @@ from ._core import (
 )
 from .connect import CONNECTION_STATES, connect, connect_sky
 from .embree import embree_version, load_embree
-from .exr import ExrError
+from .exr import ExrError, write_exr
 from .influence import EVERYONE, Influence
 from .kerr_map import KerrMap
 from .program import OPERATIONS, Program, ProgramBuilder
@@ -67,4 +67,5 @@ __all__ = [
     "local_from_covector",
     "ray_path",
     "trace_rays",
+    "write_exr",
 ]

@@ -142,6 +142,13 @@ DISK_FUNCTION disk_pattern(REAL r, REAL a, REAL azimuth, REAL phase, REAL period
   return sum / sqrt(square);
 }
 
+/* What a pattern multiplies light by: its mean is about 1. `contrast`: 4 is strong. */
+DISK_FUNCTION disk_pattern_factor(REAL noise, REAL contrast)
+{
+  REAL deviation = 0.25 * contrast;
+  return exp(contrast * noise - deviation * deviation / 2);
+}
+
 /* ---- Thermal light ---- */
 
 /* Tables of blackbodies have ln of the luminance Y(T) with this added, which leaves something smooth, over equal steps of

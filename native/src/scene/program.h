@@ -182,7 +182,8 @@ void program_run(const program *program, program_context *context);
   /* mass, spin over mass -> radius over mass, azimuth, Doppler factor, gravitational factor, image order */             \
   OP(disk, 5, 2, PER_POINT, NAMES(CHARTS))                                                                             \
   OP(disk_flux, 1, 2, PURE, NONE)    /* radius over mass, spin over mass */                                            \
-  OP(disk_pattern, 1, 6, PURE, NONE) /* radius over mass, azimuth, spin over mass, phase, period, scale -> noise */    \
+  /* radius over mass, azimuth, spin over mass, phase, period, scale, contrast -> noise, factor */                      \
+  OP(disk_pattern, 2, 7, PURE, NONE)                                                                                   \
   OP(blackbody_light, 1, 3, PURE, table_start, table_count) /* temperature in K, that of the first entry, of the last */ \
   OP(emission, 0, 3, EMITS, NONE)    /* weight, color, strength */                                                     \
   OP(transparent, 0, 2, SEE_THROUGH, NONE) /* weight, color */                                                         \

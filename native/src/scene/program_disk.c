@@ -32,12 +32,13 @@ OPERATION(disk)
 /* Radius, spin. */
 OPERATION(disk_flux) { *out = v3_splat(disk_flux(in[0]->x, fabs(in[1]->x))); }
 
-/* Radius, azimuth, spin, phase, period, scale. */
+/* Radius, azimuth, spin, phase, period, scale, contrast. */
 OPERATION(disk_pattern)
 {
   const double azimuth = in[2]->x < 0 ? -in[1]->x : in[1]->x;
   const double noise = disk_pattern(in[0]->x, fabs(in[2]->x), azimuth, in[3]->x, in[4]->x, in[5]->x);
-  *out = v3_splat(isfinite(noise) ? noise : 0);
+  out[0] = v3_splat(isfinite(noise) ? noise : 0);
+  out[1] = v3_splat(disk_pattern_factor(out[0].x, in[6]->x));
 }
 
 /* Temperature, lowest and highest of the table: RGB over luminance, and the luminance as disk.h stores it. Darkness below the

@@ -1,0 +1,114 @@
+/* The light of an accretion disk along a ray through a lens. For OSL only; disk.h has the physics.
+ *
+ * A ray crosses the equator's plane any number of times. At each crossing the disk adds its light, dimmed by what the ray has
+ * gone through before, and lets a part of what comes from behind pass.
+ */
+#ifndef BENT_OSL_DISK_LIGHT_H
+#define BENT_OSL_DISK_LIGHT_H
+#include "disk.h"
+#include "transport.h"
+
+#define DISK_NONE 0
+#define DISK_PAGE_THORNE 1
+#define DISK_POWER_LAW 2
+#define DISK_RAMP 3
+
+struct Disk {
+  int emission;
+  float inner, outer, soft; /* radii in masses; over the last the outer edge fades */
+  float temperature, exponent, hottest; /* in K; of the power law; the largest flux */
+  string colors;            /* image: blackbodies over ln T, or the ramp from the inner to the outer edge */
+  float coldest, hot, size; /* the blackbodies' first and last temperature; entries of the image */
+  float reference;          /* ln of the luminance that strength 1 stands for */
+  float strength, opacity, doppler, gravitational;
+  float contrast, scale, phase, period; /* of the pattern */
+};
+
+/* Entry of a row of colors, 0 to 1, and its fourth channel. */
+color disk_entry(Disk disk, float at, output float fourth)
+{
+  float u = (clamp(at, 0, 1) * (disk.size - 1) + 0.5) / disk.size;
+  fourth = texture(disk.colors, u, 0.5, 0, 0, 0, 0, "wrap", "clamp", "interp", "linear", "firstchannel", 3);
+  return texture(disk.colors, u, 0.5, 0, 0, 0, 0, "wrap", "clamp", "interp", "linear");
+}
+
+/* As the core's operation blackbody_light. */
+color disk_blackbody(Disk disk, float kelvin)
+{
+  if (kelvin < disk.coldest) return color(0);
+  float clamped = min(kelvin, disk.hot), stored;
+  color rgb = disk_entry(disk, log(clamped / disk.coldest) / log(disk.hot / disk.coldest), stored);
+  return rgb * disk_luminance_from_stored(stored - disk.reference, clamped) * max(kelvin / disk.hot, 1);
+}
+
+/* Radiance at a radius, and the part that the disk covers; g is shifted by the sliders already. */
+color disk_radiance(Disk disk, float r, float a, float azimuth, float g, output float cover)
+{
+  cover = r > disk.inner && r < disk.outer ? disk.opacity : 0;
+  if (cover == 0) return color(0);
+  if (disk.soft > 0) cover *= 1 - smoothstep(disk.outer - disk.soft, disk.outer, r);
+  color light;
+  if (disk.emission == DISK_RAMP) {
+    float alpha;
+    light = disk_entry(disk, (r - disk.inner) / (disk.outer - disk.inner), alpha) * pow(g, 4);
+    cover *= alpha;
+  } else {
+    float part = disk.emission == DISK_POWER_LAW ? pow(r / disk.inner, -disk.exponent)
+                                                 : pow(disk_flux(r, a) / disk.hottest, 0.25);
+    light = disk_blackbody(disk, disk.temperature * part * g);
+  }
+  if (disk.contrast > 0) {
+    float noise = disk_pattern(r, a, azimuth, disk.phase, disk.period, disk.scale);
+    float factor = disk_pattern_factor(noise, disk.contrast);
+    light *= factor;
+    cover *= min(factor, 1);
+  }
+  return disk.strength * light;
+}
+
+/* Where a ray crosses the plane within its next step of Mino time h: Newton's method from the chord. */
+Ray crossed(Space space, Ray ray, Ray next, float h)
+{
+  float step = h * ray.n[2] / (ray.n[2] - next.n[2]);
+  Ray there = advanced(space, ray, step);
+  for (int i = 0; i < 3 && abs(there.n[2]) > 1e-7; i++) {
+    step -= there.n[2] / there.m[2];
+    there = advanced(space, ray, step);
+  }
+  return there;
+}
+
+/* Adds the light of a crossing. `energy`: conserved, over that at the ray's start. */
+void cross_disk(Space space, Disk disk, Ray there, float energy, output color glow, output float passed)
+{
+  point p;
+  vector d;
+  placed(space, there, p, d);
+  float r = 1 / there.x, a = abs(space.a), sense = space.a < 0 ? -1 : 1, flat = hypot(p[0], p[1]), cover;
+  float k_r = -(d[0] * p[0] + d[1] * p[1]) / flat, k_phi = sense * (d[0] * p[1] - d[1] * p[0]) / flat;
+  float g = pow(disk_doppler(r, a, k_r, k_phi), disk.doppler) *
+            pow(disk_gravitational(r, a, k_phi) / energy, disk.gravitational);
+  color light = disk_radiance(disk, r, a, sense * atan2(p[1], p[0]), g, cover);
+  glow += passed * cover * light;
+  passed *= 1 - cover;
+}
+
+/* As follow() of transport.h, with the disk's light on the way, and the part of what comes from behind that passes. The
+ * frequency is that at the start, or at infinity for rays that enter from outside. */
+int follow_past_disk(Space space, Disk disk, point start, vector direction, int entering, output point p,
+                     output vector d, output color glow, output float passed)
+{
+  Ray ray, next;
+  glow = 0, passed = 1;
+  if (!launch(space, start, direction, ray)) return FATE_LOST;
+  float energy = entering ? 1 : ray.E, h;
+  for (int i = 0; i < STEPS_MAX; i++) {
+    int fate = stepped(space, ray, next, h);
+    if (ray.n[2] * next.n[2] < 0) cross_disk(space, disk, crossed(space, ray, next, h), energy, glow, passed);
+    if (fate == FATE_NEAR) placed(space, next, p, d);
+    if (fate != FATE_INSIDE || passed < 1e-4) return fate == FATE_INSIDE ? FATE_LOST : fate;
+    ray = next;
+  }
+  return FATE_LOST;
+}
+#endif
