@@ -3,7 +3,7 @@ say; nothing flickers as the camera moves, and surfaces hide them."""
 
 import numpy as np
 import pytest
-from bentlight_native import Cancelled, Progress, Spacetime, StarImages
+from bentlight_native import Cancelled, Progress, Spacetime, StarImages, trace_rays
 from golden import numbers, rows
 from rays import unit
 from scenes import IDENTITY, add, emission, look_at, new_scene, perspective, render, transparent
@@ -28,9 +28,9 @@ def committed(scene):
 
 
 def random_stars(n, seed=0, along=None, cosine=-1.0):
-    """n directions, of those that make an angle of at least that cosine with `along`."""
-    d = unit(np.random.default_rng(seed).normal(size=(40 * n, 3)))
-    return d[d @ unit(np.array(along, float)) > cosine][:n] if along is not None else d[:n]
+    """n directions, of those whose angle to `along` has at least that cosine."""
+    d = unit(np.random.default_rng(seed).normal(size=(n if along is None else 40 * n, 3)))
+    return d if along is None else d[d @ unit(np.array(along, float)) > cosine][:n]
 
 
 def flux(pixels, solid_angle, size):
@@ -173,6 +173,24 @@ def test_a_star_that_passes_behind_a_hole_stays_finite_and_does_not_pop(spacetim
     assert total.min() > 1 and total.max() < 202
     calm = np.abs(path @ aside) > 0.15
     assert np.abs(np.diff(total) / total[:-1])[calm[:-1]].max() < 0.03
+
+
+def test_images_that_connections_miss_are_found_all_the_same():
+    """Near the caustics of a fast hole: each star has two images in some view, and rays lead back to it."""
+    hole, eye, size = Spacetime.kerr(1.0, 0.999), np.array([0.0, -15, 0]), (64, 64)
+    steps = ((0, 1, 0), (0, -1, 0), (1, 0, 0), (-1, 0, 0), (0, 1e-9, 1), (0, 1e-9, -1))
+    faces = [committed(sky_scene(hole, eye, 1.01, eye + step)) for step in steps]  # of a cube, which overlap a little
+    stars = random_stars(20000, 1)
+    missed = stars[faces[0].join(np.tile(eye, (len(stars), 1)), stars, sky=True)["count"] < 2]
+    assert len(missed) > 10
+    count = np.zeros(len(missed), int)
+    for scene in faces:
+        images = scene.find_stars(missed, size)
+        count += np.bincount(images.star, minlength=len(missed))
+        rays = scene.camera_rays(images.place)
+        back = trace_rays(hole, rays.origins, rays.directions)["direction"]
+        assert np.linalg.norm(back - missed[images.star], axis=1).max(initial=0) < 1e-5
+    assert count.min() >= 2
 
 
 def test_exactly_behind_a_hole_both_images_are_bounded():

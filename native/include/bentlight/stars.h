@@ -35,9 +35,9 @@ typedef struct bent_star_images {
 
 /* Finds the images of stars in the sky directions `directions`, (n, 3) of any length but 0, that the camera of a committed
  * scene sees. A ray along each is traced: what surfaces or holdouts hide is not listed. Of the images that a lone object
- * makes, those fainter than 1e-4 of the ones before are left out, around a spinning hole all after the second; light
- * by way of two objects, or of a spinning one among several, is not known. Relative error of magnifications: 1e-6, around
- * spinning holes 1e-4. A star's answer depends on that star alone. An orthographic camera sees no single stars:
+ * makes, those fainter than 1e-4 of the ones before are left out, around a spinning hole all after the second, where
+ * connections that fail (connect.h) are made up for by Newton's method on traced rays; light by way of two objects, or of
+ * a spinning one among several, is not known. Relative error of magnifications: 1e-6, around spinning holes 1e-4. A star's answer depends on that star alone. An orthographic camera sees no single stars:
  * BENT_ERROR_ARGUMENT, as for panoramas without inverse (bent_scene_shows_stars). progress counts stars. */
 bent_status bent_scene_find_stars(const bent_scene *scene, size_t n, const double (*directions)[3],
                                   const bent_star_view *view, const bent_star_images *out, bent_progress *progress,

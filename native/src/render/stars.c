@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 #include "geometry/geometry.h"
-#include "light/join.h"
+#include "light/join_follow.h"
 #include "render/camera.h"
 #include "render/direct.h"
 #include "render/path.h"
@@ -13,10 +13,12 @@
 
 enum { BATCH = 64, ENTRIES = BATCH * BENT_STAR_IMAGES_MAX };
 _Static_assert((int)BENT_STAR_IMAGES_MAX == 2 * (int)JOINTS_MAX, "images on both sides of a throat");
-/* Radians by which a star is moved that lacks an image: it may lie exactly behind a center, or around a spinning hole within
- * the narrow tube of a caustic, where not all rays are found (connect.h). */
-static const double ASIDE[] = {1e-6, 1e-4, 1e-3, 1e-2, 3e-2};
+/* Radians by which a star is moved that lacks an image: it may lie exactly behind a center, or near the caustic of a
+ * spinning hole, where not all rays are found (connect.h). */
+static const double ASIDE[] = {1e-6, 1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3};
 enum { WITHOUT_SPIN = 1, WITH_SPIN = sizeof ASIDE / sizeof *ASIDE }; /* steps to try */
+/* Launch directions that differ by less, radians, are the same image's. */
+static const double SAME = 1e-4;
 
 /* An image whose ray is under way. */
 typedef struct image {
@@ -51,35 +53,50 @@ static vec3 beside(vec3 d, double aside, int side)
   return v3_normalize(v3_mad(side & 1 ? up : right, side & 2 ? -aside : aside, d));
 }
 
-/* Adds the joints of `others`, a star close by, that are not those of `found`: of each of these the nearest is left out. */
-static void add_missing(joints *found, const joints *others)
+/* Whether a joint is one of a list. */
+static int is_listed(const joints *list, const joint *j)
 {
-  int taken[JOINTS_MAX] = {0};
-  const int before = found->count;
-  for (int i = 0; i < before && i < others->count; i++) {
-    int nearest = -1;
-    double least = INFINITY;
-    for (int k = 0; k < others->count; k++) {
-      const double apart = v3_length(v3_sub(others->list[k].launch, found->list[i].launch));
-      if (!taken[k] && apart < least) least = apart, nearest = k;
-    }
-    if (nearest >= 0) taken[nearest] = 1;
-  }
-  for (int k = 0; k < others->count && found->count < JOINTS_MAX; k++)
-    if (!taken[k]) found->list[found->count++] = others->list[k];
+  for (int i = 0; i < list->count; i++)
+    if (v3_length(v3_sub(list->list[i].launch, j->launch)) < SAME) return 1;
+  return 0;
 }
 
-/* Gives a star that lacks images those of a place beside it. */
+/* The joint of `others` that is farthest from all of a list. */
+static const joint *farthest(const joints *list, const joints *others)
+{
+  const joint *best = &others->list[0];
+  double most = -1;
+  for (int k = 0; k < others->count; k++) {
+    double least = INFINITY;
+    for (int i = 0; i < list->count; i++)
+      least = min2(least, v3_length(v3_sub(list->list[i].launch, others->list[k].launch)));
+    if (least > most) most = least, best = &others->list[k];
+  }
+  return best;
+}
+
+/* Gives a star that lacks images those of a place beside it: around a spinning hole followed back to the star itself, or, on
+ * the caustic, where that leads nowhere, as they are. */
 static void complete(const geometry *g, const vec3 *from, const vec3 *to, const double *u, int far, joints *found)
 {
   const int spins = join_is_slow(g), wanted = spins ? 2 : g->lens_count > 0;
+  joints nearest = {.count = 0};
   for (int step = 0; step < (spins ? WITH_SPIN : WITHOUT_SPIN); step++)
     for (int side = 0; side < 4 && found->count < wanted; side++) {
       joints others;
       const vec3 moved = beside(*to, ASIDE[step], side);
       join_sky(g, 1, from, &moved, u, far, &others);
-      if (others.count >= wanted) add_missing(found, &others);
+      if (!nearest.count && others.count >= wanted) nearest = others;
+      for (int i = 0; i < others.count && found->count < JOINTS_MAX; i++) {
+        joint *j = &others.list[i];
+        if ((spins && !join_follow(g, *from, *to, j)) || is_listed(found, j)) continue;
+        found->list[found->count++] = *j;
+      }
     }
+  while (found->count < wanted && nearest.count >= wanted) {
+    found->list[found->count] = *farthest(found, &nearest);
+    found->count++;
+  }
 }
 
 /* Takes up the image along a joint if it lies in the picture. */
