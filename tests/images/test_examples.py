@@ -7,6 +7,7 @@ from pathlib import Path
 import bpy
 import caustic_glass
 import common
+import cycles_lens
 import einstein_ring
 import flat
 import lamps
@@ -18,6 +19,7 @@ import room_kerr
 import room_schwarzschild
 import room_wormhole
 import soft_shadow
+import wormhole_cycles
 import wormhole_lamp
 
 RENDER = Path(common.__file__).with_name("render.py")
@@ -45,6 +47,20 @@ def test_example_renders(example, lit):
     assert picture.shape == (54, 96, 3)
     assert np.isfinite(picture).all() and picture.min() >= 0
     assert (picture.max(axis=-1) > 0.01).mean() > lit
+
+
+@pytest.mark.parametrize(("example", "lit"), [(cycles_lens, 0.6), (wormhole_cycles, 0.6)])
+def test_example_renders_by_cycles(example, lit):
+    scene = example.build()
+    assert scene.render.engine == "CYCLES"
+    rendering.set_size(scene, 96, 54)
+    lens = [obj for obj in scene.objects if obj.bentlight.is_lens]
+    picture = rendering.render(scene, "CYCLES", samples=4)
+    assert (picture.max(axis=-1) > 0.01).mean() > lit
+    for obj in lens:
+        obj.hide_render = True
+    changed = np.abs(rendering.render(scene, "CYCLES", samples=4) - picture).max(axis=-1) > 0.05
+    assert 0.03 < changed.mean() < 0.97
 
 
 def test_a_spinning_hole_changes_the_room():
