@@ -75,6 +75,7 @@ def starry_sky(glow: Color, horizon: Color, strength: float) -> None:
     tree.links.new(ramp.outputs["Color"], total.inputs[1])
     tree.links.new(total.outputs[0], background.inputs["Color"])
     background.inputs["Strength"].default_value = strength
+    bpy.context.scene.world.cycles.sampling_method = "NONE"  # a map of so fine a sky takes longer than it is worth
 
 
 def _texture(tree: bpy.types.NodeTree, kind: str, coordinates: str, scale: float) -> bpy.types.Node:

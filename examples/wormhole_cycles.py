@@ -82,11 +82,11 @@ def build_valley() -> None:
     random = np.random.default_rng(4)
     for i in range(18):
         angle, far = 2 * math.pi * (i + random.uniform(0, 0.7)) / 18, random.uniform(6.5, 14)
-        place = VALLEY + (far * math.cos(angle), far * math.sin(angle), 0)
-        bpy.ops.mesh.primitive_cylinder_add(vertices=16, radius=0.25, depth=5, location=tuple(place + (0, 0, 1.5)))
+        x, y, _ = VALLEY + np.array((far * math.cos(angle), far * math.sin(angle), 0))
+        bpy.ops.mesh.primitive_cylinder_add(vertices=16, radius=0.25, depth=5, location=(x, y, 1.5))
         objects.place(bpy.context.object, bark)
-        objects.sphere("Crown", tuple(place + (0, 0, 4.6)), random.uniform(1.3, 2.0), leaves)
-    objects.suzanne(tuple(VALLEY + (0.2, 2.7, 2.1)), 2.2, 0, bronze)
+        objects.sphere("Crown", (x, y, 4.6), random.uniform(1.3, 2.0), leaves)
+    objects.suzanne(tuple(VALLEY + np.array((0.2, 2.7, 2.1))), 2.2, 0, bronze)
 
 
 def build_day() -> None:

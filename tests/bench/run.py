@@ -13,6 +13,7 @@ from pathlib import Path
 import bench_connect
 import bench_flicker
 import bench_intersect
+import bench_lens
 import bench_lights
 import bench_room
 import bench_table
@@ -109,6 +110,19 @@ def room_section(times: bench_room.RoomTimes) -> str:
     )
 
 
+def lens_section(times: bench_lens.LensTimes) -> str:
+    """What Cycles pays for a lens."""
+    width, height = bench_lens.RESOLUTION
+    ratios = [[name, f"{times.ratio(name):.2f}", "1.5"] for name in ("lens", "lens, spin 0.9")]
+    return (
+        f"## The room by Cycles, {width} x {height}, {bench_lens.SAMPLES} samples\n\n"
+        + table(["render", "seconds"], [[name, f"{value:.2f}"] for name, value in times.seconds.items()])
+        + "\n"
+        + table(["over no lens, OSL", "measured", "goal"], ratios)
+        + f"\nTables of a kind of space are made once, in {times.bake:.2f} s.\n"
+    )
+
+
 def lights_section(results: list[bench_lights.Efficiency]) -> str:
     """What each way to find light costs to a given error, beside chance (or Bentlight beside Cycles)."""
     first = {}
@@ -164,6 +178,8 @@ def main() -> None:
     log.info("room")
     os.sched_setaffinity(0, cores)
     sections.append(room_section(bench_room.measure()))
+    log.info("lens")
+    sections.append(lens_section(bench_lens.measure()))
     log.info("lights")
     sections.append(lights_section(bench_lights.measure_all()))
     log.info("flicker")
