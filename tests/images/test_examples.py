@@ -8,8 +8,11 @@ import bpy
 import caustic_glass
 import common
 import cycles_lens
+import disk_kerr
+import disk_schwarzschild
 import einstein_ring
 import flat
+import gargantua
 import lamps
 import numpy as np
 import objects
@@ -37,6 +40,9 @@ RENDER = Path(common.__file__).with_name("render.py")
         (caustic_glass, 0.7),
         (flat, 0.25),
         (einstein_ring, 0.003),
+        (gargantua, 0.2),
+        (disk_schwarzschild, 0.2),
+        (disk_kerr, 0.15),
     ],
 )
 def test_example_renders(example, lit):
