@@ -10,7 +10,7 @@
 #include "map.h"
 #include "transport.h"
 
-/* Sizes and ranges of the images: blender_addon/cycles/tables.py hands them over as they are baked. */
+/* Sizes and ranges of the images, as native/python/bentlight_native/table.py samples them (a test compares). */
 #define TOTAL_WIDTH 8192
 #define OUTWARD_SIZE 768
 #define SCHWARZSCHILD_MAX 0.25

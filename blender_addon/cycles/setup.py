@@ -30,6 +30,8 @@ def setup(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> tuple[list[
     spacetime.check(items)
     chosen, warnings = _choose_radii(scene, depsgraph, holes, items)
     tables.check()
+    for item in items:
+        tables.ensured("ellis" if item.kind == "WORMHOLE" else "schwarzschild")
     existing = lens.find(scene)
     for hole in holes:
         if hole.name not in existing:

@@ -14,6 +14,8 @@ from pathlib import Path
 import bentlight_native
 import bpy
 
+from ..report import RenderError
+
 log = logging.getLogger(__name__)
 
 
@@ -67,5 +69,8 @@ def _sampled(kind: str) -> bentlight_native.SampledTable:
 
 def _bake(kind: str) -> None:
     table = _sampled(kind)
-    table.write(*paths(kind))
+    try:
+        table.write(*paths(kind))
+    except OSError as error:
+        raise RenderError(f"Deflection tables cannot be written: {error}") from None
     log.info("deflection tables of %s: error %.1g rad at most", kind, max(table.measured))

@@ -223,6 +223,15 @@ def test_missing_and_damaged_tables_are_made_before_a_render(scene, own_tables):
     assert {path: path.read_bytes() for path in own_tables.iterdir()} == whole
 
 
+def test_a_folder_that_cannot_be_written_is_an_error(scene, monkeypatch, tmp_path):
+    add_hole()
+    before = state(scene)
+    monkeypatch.setattr(tables, "folder", lambda: tmp_path / "not there")
+    with pytest.raises(RuntimeError, match="cannot be written"):
+        bpy.ops.bentlight.cycles_setup()
+    assert state(scene) == before
+
+
 def test_the_engine_does_not_see_lenses(scene):
     add_hole()
     objects.camera((0, -4, 0), (0, 0, 0))

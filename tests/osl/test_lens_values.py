@@ -4,10 +4,13 @@ What float32 can reach depends on the ray: those that wind around a hole, or gra
 So errors are counted in units of what a rounding of the start does to the core's own answer.
 """
 
+import re
+
 import numpy as np
 import pytest
 import shader_values
-from bentlight_native import FATES, DeflectionTable, SampledTable, Scene, Spacetime
+from bentlight_native import FATES, DeflectionTable, SampledTable, Scene, Spacetime, _core
+from bentlight_native.exr import read_exr
 
 ROUNDING = 2.0**-24
 COUNT = 1024
@@ -117,6 +120,18 @@ def check(name, points, directions, found, allowed):
     assert both.sum() > COUNT / 3
     assert np.sqrt(np.mean(error**2)) < allowed, f"{np.sqrt(np.mean(error**2))} roundings"
     assert error.max() < 10 * allowed, f"{error.max()} roundings"
+
+
+def test_the_header_knows_the_images(tmp_path):
+    header = (shader_values.OSL / "lens_table.h").read_text()
+    constants = {name: float(value) for name, value in re.findall(r"#define ([A-Z_]+) ([\d.]+)\n", header)}
+    _, schwarzschild_max, ellis_min = _core.table_constants()
+    assert constants["SCHWARZSCHILD_MAX"] == schwarzschild_max
+    assert constants["ELLIS_MIN"] == ellis_min
+    paths = tmp_path / "total.exr", tmp_path / "outward.exr"
+    SampledTable.from_table(DeflectionTable(Spacetime.ellis(1.0))).write(*paths)
+    assert read_exr(paths[0])[0]["inside"].shape == (1, constants["TOTAL_WIDTH"])
+    assert read_exr(paths[1])[0]["outward"].shape == (constants["OUTWARD_SIZE"],) * 2
 
 
 @pytest.mark.parametrize("name", [name for name, space in SPACES.items() if space[1] == 0])

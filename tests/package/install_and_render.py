@@ -60,3 +60,15 @@ assert Path(bentlight_native.__file__).is_relative_to(USER), bentlight_native.__
 (fate,) = (pixels for name, pixels in passes.items() if "Bentlight Fate" in name)
 assert fate.shape == (24, 32)
 assert len(np.unique(fate)) > 1, "some rays hit the cube, some escape"
+
+scene = bpy.context.scene
+assert bpy.ops.bentlight.cycles_setup() == {"FINISHED"}
+made = [path for path in USER.rglob("*.exr") if path.parent.name == "tables"]
+assert len(made) == 2 and "bentlight" in made[0].parts, made
+scene.render.engine, scene.cycles.samples = "CYCLES", 2
+scene.world.color = (1, 1, 1)
+bpy.ops.render.render(write_still=True)
+with OpenEXR.File(str(OUTPUT), separate_channels=True) as file:
+    channels = {name: channel.pixels for part in file.parts for name, channel in part.channels.items()}
+(red,) = (pixels for name, pixels in channels.items() if name.endswith("Combined.R"))
+assert red[12, 16] == 0 and red[0, 0] > 0, "the hole is black in Cycles too"
