@@ -16,12 +16,14 @@ import gargantua
 import lamps
 import numpy as np
 import objects
+import primary_secondary
 import pytest
 import rendering
 import room_kerr
 import room_schwarzschild
 import room_wormhole
 import soft_shadow
+import starry_hole
 import wormhole_cycles
 import wormhole_lamp
 
@@ -40,6 +42,7 @@ RENDER = Path(common.__file__).with_name("render.py")
         (caustic_glass, 0.7),
         (flat, 0.25),
         (einstein_ring, 0.003),
+        (starry_hole, 0.2),
         (gargantua, 0.2),
         (disk_schwarzschild, 0.2),
         (disk_kerr, 0.15),
@@ -75,6 +78,20 @@ def test_a_spinning_hole_changes_the_room():
         pictures.append(rendering.render(scene, samples=8))
     middle = np.s_[9:27, 22:42]
     assert np.abs(pictures[0][middle] - pictures[1][middle]).mean() > 0.05 * pictures[0][middle].mean()
+
+
+def test_tracks_of_stars_and_the_curves_between_them(monkeypatch):
+    """Critical curves are all around the hole, one within the other; the outer one's caustic is narrow."""
+    monkeypatch.setattr(primary_secondary, "STARS", 100)
+    monkeypatch.setattr(primary_secondary, "FRAMES", 2)
+    picture = primary_secondary.compose()
+    assert np.isfinite(picture).all() and picture.min() >= 0 and (picture.max(axis=-1) > 0.1).sum() > 2000
+    outer, inner = primary_secondary.critical_curves(points=360)
+    assert np.isfinite(outer.seen).all() and np.isfinite(inner.seen).all()
+    assert (outer.seen[:, 1] < inner.seen[:, 1]).all()
+    off = primary_secondary.sky_of(outer.seen) - outer.sky
+    assert np.linalg.norm(off, axis=1).max() < 1e-3
+    assert np.linalg.norm(outer.sky - outer.sky.mean(axis=0), axis=1).max() < 0.02
 
 
 def test_contact_sheet_reads_from_left_to_right_and_down(tmp_path):
