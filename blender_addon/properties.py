@@ -57,6 +57,16 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
         max=4096,
         default=0,
     )
+    relay_parts: IntProperty(
+        name="Relay Parts",
+        description=(
+            "Relay camera in Cycles: each pixel is cut into this many parts in each direction, with a curved ray for "
+            "every part; where the image is compressed, into five times as many"
+        ),
+        min=1,
+        max=16,
+        default=4,
+    )
     photon_ring_samples: IntProperty(
         name="Photon Ring Samples",
         description=(
@@ -336,6 +346,11 @@ class BentlightObjectSettings(bpy.types.PropertyGroup):
         type=bpy.types.Object,
         poll=_is_other_object,
         update=_link_back,
+    )
+    relay_source: PointerProperty(
+        name="Relay of",
+        description="The camera whose curved rays this relay camera hands to Cycles",
+        type=bpy.types.Object,
     )
     sphere_radius: FloatProperty(
         name="Sphere of Influence",

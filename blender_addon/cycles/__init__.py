@@ -1,8 +1,8 @@
-"""The bridge to Cycles: lenses whose shaders, from osl/, bend Cycles' rays around black holes and wormholes."""
+"""The bridge to Cycles: lenses and a relay camera, whose shaders, from osl/, bend Cycles' rays."""
 
-from . import handlers, operators
+from . import handlers, operators, relay_operators
 
-_MODULES = (operators, handlers)
+_MODULES = (operators, handlers, relay_operators)
 
 
 def register() -> None:

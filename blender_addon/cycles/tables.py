@@ -8,32 +8,20 @@ from __future__ import annotations
 import contextlib
 import functools
 import logging
-import tempfile
 from pathlib import Path
 
 import bentlight_native
-import bpy
+
+from . import files
 
 from ..report import RenderError
 
 log = logging.getLogger(__name__)
 
 
-def folder() -> Path:
-    """Of this user, for this extension; made if it is missing."""
-    package = __package__.rpartition(".")[0]
-    try:
-        path = bpy.utils.extension_path_user(package, path="tables", create=True)
-    except ValueError:  # registered from a checkout, not installed
-        path = bpy.utils.user_resource("DATAFILES", path="bentlight/tables", create=True)
-    chosen = Path(path or Path(tempfile.gettempdir(), "bentlight"))
-    chosen.mkdir(parents=True, exist_ok=True)
-    return chosen
-
-
 def paths(kind: str) -> tuple[Path, Path]:
     """Images of the total and of the outward angles, for kind 'schwarzschild' or 'ellis'. May not be there yet."""
-    return tuple(folder() / f"{kind}_{name}_{bentlight_native.MAP_VERSION}.exr" for name in ("total", "outward"))
+    return tuple(files.folder("tables") / f"{kind}_{name}_{bentlight_native.MAP_VERSION}.exr" for name in ("total", "outward"))
 
 
 def ensured(kind: str) -> tuple[Path, Path]:

@@ -1,0 +1,118 @@
+"""The relay camera's buttons, its panel, and the handler that keeps its maps fitting, frame after frame."""
+
+from __future__ import annotations
+
+import logging
+
+import bpy
+from bpy.app.handlers import persistent
+
+from ..report import RenderError, Reporter
+from . import relay
+
+log = logging.getLogger(__name__)
+
+
+def _bake(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, reporter: Reporter) -> str:
+    """Bakes what no longer fits; says what came of it."""
+    view_layer.update()
+    maps = relay.update(scene, view_layer.depsgraph, reporter)
+    if maps is None:
+        return "No relay camera"
+    text = f"{maps.rays / 1e6:.2f} million curved rays in {maps.seconds:.1f} s"
+    return f"{text}, {maps.lost} of them lost, {maps.fine_pixels} pixels of compressed image"
+
+
+class _Operator:
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        try:
+            self.report({"INFO"}, self.work(context))
+        except (RenderError, OSError, RuntimeError) as error:
+            self.report({"ERROR"}, f"Bentlight: {error}")
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+
+class BENTLIGHT_OT_relay_setup(_Operator, bpy.types.Operator):
+    """Let Cycles take curved camera rays: Bentlight traces each ray to the surface that it meets, Cycles shades it"""
+
+    bl_idname = "bentlight.relay_setup"
+    bl_label = "Use Relay Camera"
+
+    def work(self, context: bpy.types.Context) -> str:
+        camera = relay.setup(context.scene)
+        try:
+            baked = _bake(context.scene, context.view_layer, Reporter(self.report))
+        except Exception:
+            relay.clear(context.scene)
+            raise
+        return f"The scene's camera is '{camera.name}' now: {baked}"
+
+
+class BENTLIGHT_OT_relay_clear(_Operator, bpy.types.Operator):
+    """Give the scene its own camera back"""
+
+    bl_idname = "bentlight.relay_clear"
+    bl_label = "Remove Relay Camera"
+
+    def work(self, context: bpy.types.Context) -> str:
+        had = relay.clear(context.scene)
+        return "The relay camera is removed" if had else "There was no relay camera"
+
+
+class BENTLIGHT_PT_relay(bpy.types.Panel):
+    """The relay camera of a scene that Cycles renders."""
+
+    bl_label = "Bentlight Relay"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "data"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.engine == "CYCLES" and context.camera is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = self.layout.column()
+        column.use_property_split = True
+        if relay.source_of(context.scene.camera):
+            column.label(text=f"Curved rays of '{relay.source_of(context.scene.camera).name}'", icon="INFO")
+            column.prop(context.scene.bentlight, "relay_parts")
+            column.operator(BENTLIGHT_OT_relay_clear.bl_idname)
+        else:
+            column.operator(BENTLIGHT_OT_relay_setup.bl_idname)
+
+
+@persistent
+def _before_render(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
+    """Before each frame of a render: handlers cannot stop it, so what goes wrong is said loudly."""
+    if scene.render.engine != "CYCLES" or relay.source_of(scene.camera) is None:
+        return
+    reporter = Reporter(lambda level, text: log.warning("%s", text))
+    try:
+        log.info("%s", _bake(scene, scene.view_layers[0], reporter))
+    except (RenderError, OSError, RuntimeError) as error:
+        relay.darken(scene)
+        log.error("The relay camera has no maps, the picture stays black: %s", error)
+
+
+_CLASSES = (BENTLIGHT_OT_relay_setup, BENTLIGHT_OT_relay_clear, BENTLIGHT_PT_relay)
+
+
+def register() -> None:
+    """Adds all of it."""
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.app.handlers.render_pre.append(_before_render)
+
+
+def unregister() -> None:
+    """Removes it, and this session's maps."""
+    if _before_render in bpy.app.handlers.render_pre:
+        bpy.app.handlers.render_pre.remove(_before_render)
+    relay.forget_all()
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,207 @@
+"""The relay camera: Cycles sees along Bentlight's curved rays, and along its own where space is flat."""
+
+import bpy
+import numpy as np
+import pytest
+
+from blender_addon.cycles import relay, relay_operators
+from blender_addon.cycles.aperture import Aperture
+from tests.engine import stage
+from tests.engine.cycles_pictures import NARROW
+from tests.engine.stage import blender  # noqa: F401 (a fixture)
+
+COLORS = {"red": (0.9, 0.2, 0.1), "green": (0.1, 0.8, 0.3), "blue": (0.2, 0.3, 0.9)}
+
+
+def show_directions() -> None:
+    """A sky whose color is half its direction, plus one half."""
+    world = stage.set_world((0, 0, 0))
+    nodes, links = world.node_tree.nodes, world.node_tree.links
+    place, half = nodes.new("ShaderNodeTexCoord"), nodes.new("ShaderNodeVectorMath")
+    half.operation = "MULTIPLY_ADD"
+    half.inputs[1].default_value = half.inputs[2].default_value = (0.5, 0.5, 0.5)
+    links.new(place.outputs["Generated"], half.inputs[0])
+    links.new(half.outputs[0], next(node for node in nodes if node.type == "BACKGROUND").inputs["Color"])
+
+
+def cycles(samples: int = 1) -> bpy.types.Scene:
+    """The scene, to be rendered by Cycles, one sample in the middle of each pixel or a box full of them."""
+    scene = bpy.context.scene
+    scene.render.engine = "CYCLES"
+    scene.cycles.samples = scene.bentlight.samples = samples
+    scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = scene.bentlight.use_adaptive_sampling = False
+    point = samples == 1
+    scene.cycles.pixel_filter_type, scene.bentlight.pixel_filter = "BOX", "GAUSSIAN" if point else "BOX"
+    scene.cycles.filter_width = scene.render.filter_size = NARROW if point else 1.0
+    scene.bentlight.photon_ring_samples = 1
+    return scene
+
+
+def shining_room() -> None:
+    """Three shining squares beside and behind the origin, a camera that looks at it along +y, and a sky of directions."""
+    show_directions()
+    stage.add_camera((0.1, -6, 0.3), (np.pi / 2, 0, 0))
+    for (name, color), place in zip(COLORS.items(), ((-1.2, 1, 0.2), (1, -2, 1), (0.6, 3, -1)), strict=True):
+        square = stage.add_square(1.5, place, stage.emission(color, name=name), name)
+        square.rotation_euler = (np.pi / 2, 0.2, 0.3)
+
+
+def picture(tmp_path, engine: str = "CYCLES") -> np.ndarray:
+    """RGB, (height, width, 3)."""
+    bpy.context.scene.render.engine = engine
+    return stage.render(tmp_path)["Combined"][..., :3]
+
+
+def test_an_unbent_camera_is_cycles_own(tmp_path):
+    """Mean difference below 2e-4, and what is left is of edges, within the noise of their pixels: a Z-test."""
+    shining_room()
+    scene = cycles(64)
+    seeds = []
+    for seed in range(6):
+        scene.cycles.seed = seed
+        own = picture(tmp_path)
+        bpy.ops.bentlight.relay_setup()
+        seeds.append(own - picture(tmp_path))
+        bpy.ops.bentlight.relay_clear()
+    difference = np.stack(seeds)
+    assert abs(difference.mean()) < 2e-4
+    blocks = difference.reshape(6, 6, 8, 8, 8, 3).mean(axis=(2, 4))  # of 8 x 8 pixels
+    assert np.ptp(difference) > 0.01, "the edges differ"
+    error = np.sqrt(blocks.var(axis=0, ddof=1) / 6 + (1 / 64) ** 2 * 1e-2)  # parts count an edge to 1/4 of a pixel
+    assert np.mean((blocks.mean(axis=0) / error) ** 2) < 1.5
+
+
+@pytest.mark.parametrize(
+    "hole",
+    [{"mass": 0.1}, {"mass": 0.1, "spin": 0.9}, None],
+    ids=["schwarzschild", "kerr", "wormhole"],
+)
+def test_it_sees_what_the_engine_sees(hole, tmp_path):
+    """The same curved ray in the middle of each pixel: sky and surfaces, to the error of rays that the panel asks for."""
+    shining_room()
+    if hole:
+        bpy.ops.bentlight.black_hole_add(location=(0, 0, 0), **hole)
+    else:
+        bpy.ops.bentlight.wormhole_add(throat_radius=0.3, location=(0, 0, 0), exit_location=(50, 0, 0))
+    scene = cycles()
+    scene.bentlight.relay_parts = 3  # one is in the middle
+    ours = picture(tmp_path, "BENTLIGHT")
+    scene.render.engine = "CYCLES"
+    bpy.ops.bentlight.relay_setup()
+    theirs = picture(tmp_path)
+    distance = np.abs(ours - theirs).max(axis=-1)
+    assert np.median(distance) < 1e-5
+    # Filters of a hundredth of a pixel still blur edges and the rings around the shadow.
+    assert np.mean(distance > 2e-3) < 0.02
+    assert (theirs.max(axis=-1) == 0).any() == (hole is not None)  # the shadow
+
+
+def test_depth_of_field_is_that_of_cycles(tmp_path):
+    """A small bright square out of focus: blocks of the blurred picture, by a Z-test over seeds."""
+    scene = cycles(64)
+    stage.set_world((0, 0, 0))
+    camera = stage.add_camera((0, -4, 0), (np.pi / 2, 0, 0))
+    square = stage.add_square(0.6, (0.1, 0, 0.1), stage.emission((1, 1, 1)))
+    square.rotation_euler = (np.pi / 2, 0, 0)
+    dof = camera.data.dof
+    dof.use_dof, dof.focus_distance, dof.aperture_fstop = True, 1.5, 0.08
+    dof.aperture_blades, dof.aperture_rotation, dof.aperture_ratio = 5, 0.3, 1.4
+    scene.bentlight.relay_parts = 16
+    own = []
+    for seed in range(6):
+        scene.cycles.seed = seed
+        own.append(picture(tmp_path))
+    bpy.ops.bentlight.relay_setup()
+    relayed = []
+    for seed in range(6):
+        scene.cycles.seed = seed
+        relayed.append(picture(tmp_path))
+    one, other = (np.stack(x)[..., 0].reshape(6, 6, 8, 8, 8).mean(axis=(2, 4)) for x in (own, relayed))
+    # 16 x 16 rays a pixel, 16384 a block, are fixed: their places on the lens have an error of their own.
+    mean = one.mean(axis=0)
+    error = np.sqrt((one.var(axis=0, ddof=1) + other.var(axis=0, ddof=1)) / 6 + mean * (1 - mean) / 16384)
+    z = (mean - other.mean(axis=0))[(mean > 0.01) & (mean < 0.99)] / error[(mean > 0.01) & (mean < 0.99)]
+    assert z.size > 8 and np.mean(z**2) < 1.8
+
+
+def test_places_on_the_lens_are_uniform():
+    """Chi-square over equal cells of the square that is mapped, and the polygon's closed-form mean square radius."""
+    part = np.stack(np.meshgrid(np.arange(200), np.arange(200)), axis=-1).reshape(-1, 2)
+    disk = Aperture(1.0, 1.0).sample(part)
+    counts, _, _ = np.histogram2d(np.hypot(*disk.T) ** 2, np.arctan2(*disk.T), bins=(10, 10))
+    assert counts.min() > 0.95 * 400 and counts.max() < 1.05 * 400  # far more even than chance
+    for blades in (3, 6):
+        corners = Aperture(1.0, 1.0, blades, ratio=2.0).sample(part) * (2.0, 1.0)
+        side, apothem = 2 * np.sin(np.pi / blades), np.cos(np.pi / blades)
+        expected = (apothem**2 + side**2 / 12) / 2  # polar moment over area of a regular polygon
+        assert np.mean(np.sum(corners**2, axis=1)) == pytest.approx(expected, rel=1e-3)
+
+
+def test_only_what_changes_rays_is_baked_anew(tmp_path):
+    """Materials do not; holes, cameras and meshes do; each frame of an animation gets its own."""
+    shining_room()
+    bpy.ops.bentlight.black_hole_add(mass=0.1, location=(0, 0, 0))
+    hole, scene = bpy.context.object, cycles()
+    bpy.ops.bentlight.relay_setup()
+
+    def path() -> str:
+        relay_operators._before_render(scene)
+        return scene.camera.data.cycles_custom["Maps"]
+
+    first = path()
+    bpy.data.materials["red"].node_tree.nodes["Emission"].inputs["Strength"].default_value = 2.0
+    assert path() == first
+    hole.bentlight.mass = 0.2
+    second = path()
+    assert second != first
+    bpy.data.objects["red"].location.x += 1
+    third = path()
+    assert third not in (first, second)
+    hole.keyframe_insert("location", frame=1)
+    hole.location.x = 0.5
+    hole.keyframe_insert("location", frame=2)
+    pictures = []
+    for frame in (1, 2):
+        scene.frame_set(frame)
+        pictures.append(picture(tmp_path))
+    assert np.abs(pictures[0] - pictures[1]).max() > 0.1
+    scene.frame_set(1)
+    np.testing.assert_array_equal(picture(tmp_path), pictures[0])
+
+
+def test_missing_maps_are_made_again(tmp_path):
+    shining_room()
+    cycles()
+    bpy.ops.bentlight.relay_setup()
+    before = picture(tmp_path)
+    _, maps = relay._baked[bpy.context.scene.camera.name]
+    for file in maps.files:
+        file.unlink()
+    np.testing.assert_array_equal(picture(tmp_path), before)
+
+
+def test_clear_leaves_nothing(tmp_path):
+    shining_room()
+    scene = cycles()
+    camera = scene.camera
+    before = picture(tmp_path)
+    bpy.ops.bentlight.relay_setup()
+    _, maps = relay._baked[scene.camera.name]
+    assert scene.camera != camera and all(file.exists() for file in maps.files)
+    bpy.ops.bentlight.relay_clear()
+    assert scene.camera == camera and not any(file.exists() for file in maps.files)
+    assert len(bpy.data.cameras) == 1 and "Camera Relay" not in bpy.data.objects
+    np.testing.assert_array_equal(picture(tmp_path), before)
+
+
+def test_a_camera_in_the_horizon_is_an_error_and_black(tmp_path, caplog):
+    shining_room()
+    scene = cycles()
+    bpy.ops.bentlight.relay_setup()
+    bpy.ops.bentlight.black_hole_add(mass=1.0, location=(0.1, -6, 0.3))
+    assert not picture(tmp_path).any()
+    assert "horizon" in caplog.text
+    bpy.ops.bentlight.relay_clear()
+    with pytest.raises(RuntimeError, match="horizon"):
+        bpy.ops.bentlight.relay_setup()
+    assert relay.source_of(scene.camera) is None
