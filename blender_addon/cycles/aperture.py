@@ -1,4 +1,4 @@
-"""The opening of a camera's lens, for depth of field: from a part of the image to a ray through a place on it. No bpy."""
+"""The opening of a camera's lens, for depth of field: parts of the image to rays through places on it. No bpy."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-# The additive recurrence in two dimensions with the least discrepancy (Roberts 2018): powers of the inverse of the plastic
-# number, the root of x^3 = x + 1.
+# The additive recurrence in two dimensions with the least discrepancy (Roberts 2018): powers of the inverse of the
+# plastic number, the root of x^3 = x + 1.
 _STEPS = np.array([0.7548776662466927, 0.5698402909980532])
 
 

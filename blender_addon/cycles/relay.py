@@ -1,9 +1,10 @@
-"""The relay camera in a scene: an OSL camera beside the user's own, whose maps are baked anew when they no longer fit."""
+"""The relay camera in a scene: an OSL camera beside the user's own, its maps baked anew when they no longer fit."""
 
 from __future__ import annotations
 
 import hashlib
 
+import bentlight_native
 import bpy
 import numpy as np
 
@@ -90,7 +91,7 @@ def update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, reporter: Rep
     return maps
 
 
-def _build(data: SceneData):
+def _build(data: SceneData) -> bentlight_native.Scene:
     """The geometry alone: what surfaces are made of is for Cycles to know."""
     for instance in data.instances:
         instance.materials, instance.attributes = (), {}

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -107,7 +107,7 @@ def remove(files: list[Path]) -> None:
         file.unlink(missing_ok=True)
 
 
-def _finished(future) -> bool:
+def _finished(future: Future) -> bool:
     return future.done() and not future.cancelled()
 
 

@@ -38,7 +38,7 @@ def cycles(samples: int = 1) -> bpy.types.Scene:
 
 
 def shining_room() -> None:
-    """Three shining squares beside and behind the origin, a camera that looks at it along +y, and a sky of directions."""
+    """Three shining squares around the origin, a camera that looks at it along +y, and a sky of directions."""
     show_directions()
     stage.add_camera((0.1, -6, 0.3), (np.pi / 2, 0, 0))
     for (name, color), place in zip(COLORS.items(), ((-1.2, 1, 0.2), (1, -2, 1), (0.6, 3, -1)), strict=True):
@@ -77,7 +77,7 @@ def test_an_unbent_camera_is_cycles_own(tmp_path):
     ids=["schwarzschild", "kerr", "wormhole"],
 )
 def test_it_sees_what_the_engine_sees(hole, tmp_path):
-    """The same curved ray in the middle of each pixel: sky and surfaces, to the error of rays that the panel asks for."""
+    """The same curved ray in the middle of each pixel: sky and surfaces, to the error that the panel asks for."""
     shining_room()
     if hole:
         bpy.ops.bentlight.black_hole_add(location=(0, 0, 0), **hole)
