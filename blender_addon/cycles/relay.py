@@ -62,7 +62,7 @@ def clear(scene: bpy.types.Scene) -> bool:
     return True
 
 
-def update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, reporter: Reporter) -> relay_maps.RelayMaps | None:
+def update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> relay_maps.RelayMaps | None:
     """Bakes the maps of the scene's relay camera unless they fit the scene as it is; None without such a camera."""
     relay = scene.camera
     source = source_of(relay)
@@ -72,7 +72,6 @@ def update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, reporter: Rep
     evaluated = source.evaluated_get(depsgraph)
     camera = read_camera(evaluated, scene.render, np.array(evaluated.matrix_world), evaluated.data.shift_x)
     data = read_scene(depsgraph, camera, Reporter(lambda level, text: None))
-    _warn_of_differences(depsgraph, reporter)
     settings = relay_maps.RelaySettings(
         parts=scene.bentlight.relay_parts,
         tolerance=_tolerance(data),
@@ -179,15 +178,3 @@ def _plain(item: CameraData | object) -> dict:
     return {
         name: value.tobytes() if isinstance(value, np.ndarray) else value for name, value in sorted(vars(item).items())
     }
-
-
-def _warn_of_differences(depsgraph: bpy.types.Depsgraph, reporter: Reporter) -> None:
-    """The maps see the meshes of the viewport, Cycles renders those of final renders: they had better be the same."""
-    for obj in depsgraph.objects:
-        for modifier in obj.modifiers:
-            levels = getattr(modifier, "levels", 0), getattr(modifier, "render_levels", 0)
-            if modifier.show_viewport != modifier.show_render or levels[0] != levels[1]:
-                reporter.warn(
-                    f"Object '{obj.name}': its modifier '{modifier.name}' differs between viewport and render; "
-                    "the relay camera sees the viewport's mesh"
-                )

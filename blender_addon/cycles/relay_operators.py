@@ -7,16 +7,16 @@ import logging
 import bpy
 from bpy.app.handlers import persistent
 
-from ..report import RenderError, Reporter
-from . import relay
+from ..report import RenderError
+from . import relay, render_state
 
 log = logging.getLogger(__name__)
 
 
-def _bake(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, reporter: Reporter) -> str:
+def _bake(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> str:
     """Bakes what no longer fits; says what came of it."""
-    view_layer.update()
-    maps = relay.update(scene, view_layer.depsgraph, reporter)
+    with render_state.as_rendered(view_layer) as depsgraph:
+        maps = relay.update(scene, depsgraph)
     if maps is None:
         return "No relay camera"
     text = f"{maps.rays / 1e6:.2f} million curved rays in {maps.seconds:.1f} s"
@@ -44,7 +44,7 @@ class BENTLIGHT_OT_relay_setup(_Operator, bpy.types.Operator):
     def work(self, context: bpy.types.Context) -> str:
         camera = relay.setup(context.scene)
         try:
-            baked = _bake(context.scene, context.view_layer, Reporter(self.report))
+            baked = _bake(context.scene, context.view_layer)
         except Exception:
             relay.clear(context.scene)
             raise
@@ -91,9 +91,8 @@ def _before_render(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
     """Before each frame of a render: handlers cannot stop it, so what goes wrong is said loudly."""
     if scene.render.engine != "CYCLES" or relay.source_of(scene.camera) is None:
         return
-    reporter = Reporter(lambda level, text: log.warning("%s", text))
     try:
-        log.info("%s", _bake(scene, scene.view_layers[0], reporter))
+        log.info("%s", _bake(scene, scene.view_layers[0]))
     except (RenderError, OSError, RuntimeError) as error:
         relay.darken(scene)
         log.error("The relay camera has no maps, the picture stays black: %s", error)

@@ -21,7 +21,9 @@ log = logging.getLogger(__name__)
 
 def paths(kind: str) -> tuple[Path, Path]:
     """Images of the total and of the outward angles, for kind 'schwarzschild' or 'ellis'. May not be there yet."""
-    return tuple(files.folder("tables") / f"{kind}_{name}_{bentlight_native.MAP_VERSION}.exr" for name in ("total", "outward"))
+    return tuple(
+        files.folder("tables") / f"{kind}_{name}_{bentlight_native.MAP_VERSION}.exr" for name in ("total", "outward")
+    )
 
 
 def ensured(kind: str) -> tuple[Path, Path]:

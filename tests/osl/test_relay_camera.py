@@ -169,6 +169,38 @@ def test_only_what_changes_rays_is_baked_anew(tmp_path):
     np.testing.assert_array_equal(picture(tmp_path), pictures[0])
 
 
+def test_nothing_is_bent_twice(tmp_path):
+    """With a lens around the hole too, what the camera sees of shining things stays; clearing shows lenses again."""
+    shining_room()
+    bpy.ops.bentlight.black_hole_add(mass=0.1, location=(0, 0, 0))
+    scene = cycles()
+    bpy.ops.bentlight.relay_setup()
+    alone = picture(tmp_path)
+    scene.render.engine = "CYCLES"
+    bpy.ops.bentlight.cycles_setup()
+    np.testing.assert_array_equal(picture(tmp_path), alone)
+    (lens,) = [obj for obj in scene.objects if obj.bentlight.is_lens]
+    assert not lens.visible_camera
+    bpy.ops.bentlight.relay_clear()
+    assert lens.visible_camera
+
+
+def test_meshes_are_those_of_renders(tmp_path):
+    """Subdivided for renders only, hidden in the viewport only: the maps fit what Cycles renders."""
+    shining_room()
+    scene = cycles()
+    red, green = bpy.data.objects["red"], bpy.data.objects["green"]
+    modifier = red.modifiers.new("Subdivision", "SUBSURF")
+    modifier.levels, modifier.render_levels = 0, 3
+    green.hide_viewport = True
+    bpy.data.objects["blue"].hide_set(True)
+    own = picture(tmp_path)
+    scene.bentlight.relay_parts = 3
+    bpy.ops.bentlight.relay_setup()
+    assert np.mean(np.abs(picture(tmp_path) - own).max(axis=-1) > 1e-3) < 0.01
+    assert (modifier.levels, green.hide_viewport, bpy.data.objects["blue"].hide_get()) == (0, True, True)
+
+
 def test_missing_maps_are_made_again(tmp_path):
     shining_room()
     cycles()
