@@ -75,10 +75,10 @@ def build(angle_deg: float = 235.0) -> bpy.types.Scene:
     bpy.ops.bentlight.black_hole_add(mass=MASS, location=(0, 0, 0))
     angle = math.radians(angle_deg)
     center = (ORBIT * math.sin(angle), ORBIT * math.cos(angle), 0.25)
-    objects.suzanne(center, 1.0, 35.0, lacquer())
+    objects.suzanne(center, 1.2, 35.0, lacquer())
     objects.area_light("Key", (-5.0, -7.0, 5.0), center, (2.5, 2.5), 1200, (1.0, 0.9, 0.78))
     objects.area_light("Rim", (3.0, 5.0, 2.5), center, (2.0, 3.0), 900, (0.5, 0.7, 1.0))
-    objects.camera((0.0, -15.0, 1.6), (-0.4, 0.0, 0.0), 50)
+    objects.camera((0.0, -15.0, 1.6), (0.0, 0.0, 0.0), 32)
     bpy.ops.bentlight.cycles_setup()
     bpy.ops.bentlight.relay_setup()
     return scene
