@@ -80,7 +80,7 @@ def build(angle_deg: float = 235.0) -> bpy.types.Scene:
     objects.area_light("Rim", (3.0, 5.0, 2.5), center, (2.0, 3.0), 900, (0.5, 0.7, 1.0))
     objects.camera((0.0, -15.0, 1.6), (0.0, 0.0, 0.0), 32)
     bpy.ops.bentlight.cycles_setup()
-    bpy.ops.bentlight.relay_setup()
+    bpy.ops.bentlight.relay_setup(bake=False)
     return scene
 
 

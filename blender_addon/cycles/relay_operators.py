@@ -6,6 +6,7 @@ import logging
 
 import bpy
 from bpy.app.handlers import persistent
+from bpy.props import BoolProperty
 
 from ..report import RenderError
 from . import relay, render_state
@@ -28,7 +29,7 @@ class _Operator:
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         try:
-            self.report({"INFO"}, self.work(context))
+            self.report({"INFO"}, self._work(context))
         except (RenderError, OSError, RuntimeError) as error:
             self.report({"ERROR"}, f"Bentlight: {error}")
             return {"CANCELLED"}
@@ -41,8 +42,12 @@ class BENTLIGHT_OT_relay_setup(_Operator, bpy.types.Operator):
     bl_idname = "bentlight.relay_setup"
     bl_label = "Use Relay Camera"
 
-    def work(self, context: bpy.types.Context) -> str:
+    bake: BoolProperty(name="Bake Now", description="Trace the rays at once, not only before a render", default=True)
+
+    def _work(self, context: bpy.types.Context) -> str:
         camera = relay.setup(context.scene)
+        if not self.bake:
+            return f"The scene's camera is '{camera.name}' now"
         try:
             baked = _bake(context.scene, context.view_layer)
         except Exception:
@@ -57,7 +62,7 @@ class BENTLIGHT_OT_relay_clear(_Operator, bpy.types.Operator):
     bl_idname = "bentlight.relay_clear"
     bl_label = "Remove Relay Camera"
 
-    def work(self, context: bpy.types.Context) -> str:
+    def _work(self, context: bpy.types.Context) -> str:
         had = relay.clear(context.scene)
         return "The relay camera is removed" if had else "There was no relay camera"
 

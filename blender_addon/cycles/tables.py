@@ -12,9 +12,8 @@ from pathlib import Path
 
 import bentlight_native
 
-from . import files
-
 from ..report import RenderError
+from . import files
 
 log = logging.getLogger(__name__)
 

@@ -8,6 +8,7 @@ import bpy
 import caustic_glass
 import common
 import cycles_lens
+import cycles_relay
 import disk_kerr
 import disk_schwarzschild
 import einstein_ring
@@ -68,6 +69,15 @@ def test_example_renders_by_cycles(example, lit):
     bpy.ops.bentlight.cycles_clear()
     changed = np.abs(rendering.render(scene, "CYCLES", samples=4) - picture).max(axis=-1) > 0.05
     assert 0.03 < changed.mean() < 0.97
+
+
+def test_example_renders_by_relay():
+    scene = cycles_relay.build()
+    scene.bentlight.relay_parts = 2
+    rendering.set_size(scene, 96, 54)
+    picture = rendering.render(scene, "CYCLES", samples=4)
+    assert (picture.max(axis=-1) > 0.002).mean() > 0.5
+    assert (picture[20:34, 40:56] == 0).all(), "the hole's shadow"
 
 
 def test_a_spinning_hole_changes_the_room():
