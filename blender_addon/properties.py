@@ -376,6 +376,12 @@ class BentlightObjectSettings(bpy.types.PropertyGroup):
         subtype="DISTANCE",
         update=_tag,
     )
+    lens_is_automatic: BoolProperty(
+        name="Automatic Lens",
+        description="Use in Cycles has chosen the radius of the lens",
+        default=False,
+        options={"HIDDEN"},
+    )
     is_lens: BoolProperty(
         name="Is Lens",
         description="Made by Use in Cycles. Bentlight itself does not render it",

@@ -41,6 +41,7 @@ def setup(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> tuple[list[
             lens.remove(obj)
     for hole, own in chosen.items():
         hole.bentlight.lens_radius = own
+        hole.bentlight.lens_is_automatic = True
     depsgraph.update()
     done = [f"{len(holes)} lens{'es' if len(holes) > 1 else ''}", *_settings(scene, len(holes))]
     update(scene, depsgraph)
@@ -118,13 +119,20 @@ def clear(scene: bpy.types.Scene) -> list[str]:
     lenses = [obj for obj in scene.objects if obj.bentlight.is_lens]
     for obj in lenses:
         if obj.parent:
-            obj.parent.bentlight.property_unset("lens_radius")
+            _forget_radius(obj.parent.bentlight)
         lens.remove(obj)
     for name, (old, new) in json.loads(scene.bentlight.cycles_before or "{}").items():
         if getattr(scene.cycles, name) == new:
             setattr(scene.cycles, name, old)
     scene.bentlight.property_unset("cycles_before")
     return [f"{len(lenses)} lens{'es' if len(lenses) != 1 else ''} removed, settings of Cycles as they were"]
+
+
+def _forget_radius(settings: bpy.types.PropertyGroup) -> None:
+    """Unless it is the user's own."""
+    if settings.lens_is_automatic:
+        settings.property_unset("lens_radius")
+        settings.property_unset("lens_is_automatic")
 
 
 def update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:

@@ -57,6 +57,15 @@ def test_clear_leaves_the_scene_as_it_was(scene):
     assert state(scene) == before
 
 
+def test_a_radius_of_the_users_own_stays(scene):
+    add_hole().bentlight.lens_radius = 1.25
+    before = state(scene)
+    bpy.ops.bentlight.cycles_setup()
+    assert inputs_of(scene)["Radius"] == pytest.approx(12.5)
+    bpy.ops.bentlight.cycles_clear()
+    assert state(scene) == before
+
+
 def test_settings_that_the_user_changed_since_stay(scene):
     add_hole()
     bpy.ops.bentlight.cycles_setup()
