@@ -72,6 +72,7 @@ def update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> relay_maps
     evaluated = source.evaluated_get(depsgraph)
     camera = read_camera(evaluated, scene.render, np.array(evaluated.matrix_world), evaluated.data.shift_x)
     data = read_scene(depsgraph, camera, Reporter(lambda level, text: None))
+    data.instances = [instance for instance in data.instances if not instance.is_disk]  # Cycles has no mesh of it
     settings = relay_maps.RelaySettings(
         parts=scene.bentlight.relay_parts,
         tolerance=_tolerance(data),

@@ -125,6 +125,7 @@ class _SceneReader:
             InstanceData(
                 name=obj.name,
                 mesh=self._append_mesh(disk.disk_mesh(extent)),
+                is_disk=True,
                 world_from_mesh=hole.world_from_spacetime,
                 materials=(self._materials.add(compiled),),
                 visibility=self._visibility(obj, instance.parent),

@@ -58,6 +58,7 @@ class InstanceData:
     influence: Influence = EVERYONE  # of its own light
     receiver_set: int = 0  # by which the influence of others names it, as by the next
     blocker_set: int = 0
+    is_disk: bool = False  # an accretion disk: no mesh of the user's
 
 
 @dataclass

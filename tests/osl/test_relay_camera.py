@@ -201,6 +201,18 @@ def test_meshes_are_those_of_renders(tmp_path):
     assert (modifier.levels, green.hide_viewport, bpy.data.objects["blue"].hide_get()) == (0, True, True)
 
 
+def test_disks_are_left_out(tmp_path):
+    """Cycles has no mesh of them: rays go through, and nothing is seen twice."""
+    shining_room()
+    bpy.ops.bentlight.black_hole_add(mass=0.1, location=(0, 0, 0))
+    hole = bpy.context.object
+    cycles()
+    bpy.ops.bentlight.relay_setup()
+    without = picture(tmp_path)
+    hole.bentlight.disk.enable = True
+    np.testing.assert_array_equal(picture(tmp_path), without)
+
+
 def test_missing_maps_are_made_again(tmp_path):
     shining_room()
     cycles()
