@@ -180,9 +180,9 @@ def test_images_that_connections_miss_are_found_all_the_same():
     hole, eye, size = Spacetime.kerr(1.0, 0.999), np.array([0.0, -15, 0]), (64, 64)
     steps = ((0, 1, 0), (0, -1, 0), (1, 0, 0), (-1, 0, 0), (0, 1e-9, 1), (0, 1e-9, -1))
     faces = [committed(sky_scene(hole, eye, 1.01, eye + step)) for step in steps]  # of a cube, which overlap a little
-    stars = random_stars(20000, 1)
+    stars = random_stars(8000, 1)
     missed = stars[faces[0].join(np.tile(eye, (len(stars), 1)), stars, sky=True)["count"] < 2]
-    assert len(missed) > 10
+    assert len(missed) > 3
     count = np.zeros(len(missed), int)
     for scene in faces:
         images = scene.find_stars(missed, size)
