@@ -13,7 +13,7 @@ from bentlight_native import disk_drawn_radius, write_exr
 from ..sync import disk, thermal
 from ..sync.disk_program import ramp_table
 from ..sync.scene_data import SpacetimeData
-from . import shaders, tables
+from . import files, shaders
 
 _KINDS = {"PAGE_THORNE": 1, "POWER_LAW": 2, "RAMP": 3}
 
@@ -78,7 +78,7 @@ def sockets(hole: bpy.types.Object, item: SpacetimeData, frame: float) -> dict[s
 
 def _image(table: np.ndarray) -> Path:
     """A row of colors as an image that is named after what is in it; made if it is missing."""
-    path = tables.folder() / f"colors_{hashlib.sha256(table.tobytes()).hexdigest()[:16]}.exr"
+    path = files.folder("tables") / f"colors_{hashlib.sha256(table.tobytes()).hexdigest()[:16]}.exr"
     if not path.is_file():
         write_exr(path, {f"{i:02}": table[None, :, i] for i in range(4)}, {})
     return path

@@ -17,12 +17,12 @@ from pathlib import Path
 
 import bentlight_native
 import numpy as np
-from bentlight_native.exr import write_exr
-from bentlight_native.geometry import ESCAPED, HIT
+from bentlight_native import FATES, write_exr
 
 from ..sync.scene_data import CameraData, Visibility
 from .aperture import Aperture
 
+ESCAPED, HIT = FATES.index("escaped"), FATES.index("hit")
 _MARGIN = 4  # pixels around the image: a pixel filter reaches beyond it
 _BAND_RAYS = 1 << 18  # at most, of one thread at a time; a ray takes about 300 bytes
 _FINER = 5  # times as many parts in each direction where the image is compressed

@@ -10,7 +10,7 @@ import pytest
 import rendering
 
 from blender_addon import ui
-from blender_addon.cycles import lens, radius, setup, shaders, tables
+from blender_addon.cycles import files, lens, radius, setup, shaders
 
 
 @pytest.fixture(autouse=True)
@@ -18,7 +18,7 @@ def own_tables(tmp_path, monkeypatch):
     """Tables of this test alone."""
     folder = tmp_path / "tables"
     folder.mkdir()
-    monkeypatch.setattr(tables, "folder", lambda: folder)
+    monkeypatch.setattr(files, "folder", lambda _name: folder)
     return folder
 
 
@@ -206,7 +206,7 @@ def test_a_file_opened_elsewhere_makes_its_tables_anew(scene, tmp_path, own_tabl
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     shutil.rmtree(own_tables)
-    monkeypatch.setattr(tables, "folder", lambda: elsewhere)
+    monkeypatch.setattr(files, "folder", lambda _name: elsewhere)
     bpy.ops.wm.open_mainfile(filepath=str(path))
     scene = bpy.context.scene
     assert inputs_of(scene)["Total"].startswith(str(elsewhere))
@@ -235,7 +235,7 @@ def test_missing_and_damaged_tables_are_made_before_a_render(scene, own_tables):
 def test_a_folder_that_cannot_be_written_is_an_error(scene, monkeypatch, tmp_path):
     add_hole()
     before = state(scene)
-    monkeypatch.setattr(tables, "folder", lambda: tmp_path / "not there")
+    monkeypatch.setattr(files, "folder", lambda _name: tmp_path / "not there")
     with pytest.raises(RuntimeError, match="cannot be written"):
         bpy.ops.bentlight.cycles_setup()
     assert state(scene) == before
