@@ -3,7 +3,7 @@
  * A ray that enters depends on one number, delta = b/b_c - 1. `Total` holds the angle that it sweeps from infinity to
  * infinity, `Outward` the part of it from a radius to infinity; what is inside the sphere is the difference
  * (native/include/bentlight/table.h says what the tables are, map.h how they are read). Two images a kind of space
- * serve all masses and radii. Measured: 4e-6 rad at most, 6e-7 in the mean square.
+ * serve all masses and radii. Measured: 6e-6 rad at most, 7e-7 in the mean square.
  */
 #ifndef BENT_OSL_LENS_TABLE_H
 #define BENT_OSL_LENS_TABLE_H

@@ -4,7 +4,7 @@ Every OpenEXR reader opens them (Cycles and OSL among them); this module reads b
 because no EXR library is there in all the Pythons that Bentlight runs in: Blender's wheels carry none for Python.
 Format: OpenEXR File Layout, openexr.com (version 2, single-part tiled file). Tiles, because Open Shading Language's
 texture cache cuts files of scan lines into tiles itself, and with several threads then sometimes serves a tile with
-what was in memory before: in 2 of 60 renders by Cycles with 8 threads, in none of 200 with tiled files.
+what was in memory before: in 2 of 60 renders by Cycles with 8 threads.
 """
 
 import hashlib
