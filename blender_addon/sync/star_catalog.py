@@ -9,12 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from .cie_1931 import COLOR_MATCHING, FIRST_NM, RGB_FROM_XYZ, RGB_FROM_XYZ_5, STEP_NM
-
 _SUN_LIKE = 0.65  # color index of stars whose catalog does not say
 _COLORS = (-0.4, 2.0)  # color indices of stars as they are
 _MAGNITUDES = (-30.0, 40.0)
-_C2 = 1.438776877e-2  # h c / k, m K
 
 
 @dataclass(frozen=True)
@@ -96,12 +93,3 @@ def _star(cells: list[str], line: int) -> tuple[float, ...]:
 def temperature_k(color_index: np.ndarray) -> np.ndarray:
     """Kelvin of a star whose color index is B-V (Ballesteros 2012, equation 14)."""
     return 4600 * (1 / (0.92 * color_index + 1.7) + 1 / (0.92 * color_index + 0.62))
-
-
-def star_colors(kelvin: np.ndarray, version: tuple[int, ...]) -> np.ndarray:
-    """(n, 3) linear RGB of luminance 1 of black bodies, by the matrix of Blender `version`; out of gamut: no blue."""
-    meters = (FIRST_NM + STEP_NM * np.arange(len(COLOR_MATCHING))) * 1e-9
-    radiance = meters**-5 / np.expm1(_C2 / (meters * kelvin[:, None]))
-    matrix = RGB_FROM_XYZ if version < (5, 0) else RGB_FROM_XYZ_5
-    rgb = np.maximum(radiance @ COLOR_MATCHING @ matrix.T, 0)
-    return rgb / (rgb @ np.linalg.inv(matrix)[1])[:, None]

@@ -9,7 +9,8 @@ import numpy as np
 
 from ..report import RenderError
 from .scene_data import StarData
-from .star_catalog import Stars, procedural, read_catalog, star_colors, temperature_k
+from .star_catalog import Stars, procedural, read_catalog, temperature_k
+from .thermal import blackbody_rgb
 
 _MAGNITUDE_0 = 1e-6  # irradiance of a star of magnitude 0 at strength 1, where a sun of strength 1 has 1
 
@@ -22,7 +23,7 @@ def read_stars(world: bpy.types.World | None) -> StarData | None:
     stars = _read_catalog(world) if settings.stars == "CATALOG" else _make(settings)
     rotation = np.array(settings.star_rotation.to_matrix(), np.float64)
     brightness = settings.star_strength * _MAGNITUDE_0 * 10 ** (-0.4 * stars.magnitudes)
-    colors = star_colors(temperature_k(stars.color_indices), bpy.app.version)
+    colors = blackbody_rgb(temperature_k(stars.color_indices), bpy.app.version)
     return StarData(stars.directions @ rotation.T, brightness[:, None] * colors)
 
 

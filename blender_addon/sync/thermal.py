@@ -24,18 +24,31 @@ def blackbody_xyz(kelvin: np.ndarray) -> np.ndarray:
     return radiance @ COLOR_MATCHING
 
 
+def blackbody_rgb(kelvin: np.ndarray, version: tuple[int, ...]) -> np.ndarray:
+    """(n, 3) scene-linear RGB of luminance 1 at temperatures (n,), in the RGB of Blender `version`. Colors out of
+    gamut, those of less than 1900 K, have no blue."""
+    return _with_luminance_1(blackbody_xyz(kelvin), _rgb_matrix(version))
+
+
+def _rgb_matrix(version: tuple[int, ...]) -> np.ndarray:
+    return RGB_FROM_XYZ if version < (5, 0) else RGB_FROM_XYZ_5
+
+
+def _with_luminance_1(xyz: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    rgb = np.maximum(xyz @ matrix.T, 0)
+    return rgb / (rgb @ np.linalg.inv(matrix)[1])[:, None]
+
+
 def luminance(kelvin: float) -> float:
     """Y of `blackbody_xyz`."""
     return float(blackbody_xyz(np.array([kelvin]))[0, 1])
 
 
 @functools.cache
-def _table(rounded: bool) -> np.ndarray:
+def _table(version: tuple[int, ...]) -> np.ndarray:
     kelvin = np.geomspace(LOWEST_K, HIGHEST_K, _ENTRIES)
     xyz = blackbody_xyz(kelvin)
-    matrix = RGB_FROM_XYZ if rounded else RGB_FROM_XYZ_5
-    rgb = np.maximum(xyz @ matrix.T, 0)
-    rgb /= (rgb @ np.linalg.inv(matrix)[1])[:, None]
+    rgb = _with_luminance_1(xyz, _rgb_matrix(version))
     stored = np.log(xyz[:, 1]) + _WIEN_K / kelvin
     return np.column_stack([rgb, stored]).astype(np.float32)
 
@@ -44,4 +57,4 @@ def blackbody_table(version: tuple[int, ...]) -> np.ndarray:
     """(n, 4) float32 over equal steps of ln T: scene-linear RGB of luminance 1, and the luminance as
     native/src/scene/disk.h stores it. Colors out of gamut, those of less than 1900 K, have no blue. `version` is
     Blender's, whose RGB it is."""
-    return _table(version < (5, 0))
+    return _table(tuple(version))

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from stage import add_camera, add_square, emission, render, set_world
 
-from blender_addon.sync.star_catalog import procedural, read_catalog, star_colors, temperature_k
+from blender_addon.sync.star_catalog import procedural, read_catalog, temperature_k
+from blender_addon.sync.thermal import blackbody_rgb
 
 CATALOG = """# a heading and a note
 ra, dec, magnitude, B-V
@@ -81,7 +82,7 @@ def test_stars_have_the_colors_of_black_bodies():
     assert abs(temperature_k(np.array([0.65]))[0] - 5778) < 50
     rgb_from_xyz = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
     kelvin, chromaticity = np.array([4000.0, 6500.0, 10000.0]), [(0.3805, 0.3768), (0.3135, 0.3237), (0.2807, 0.2884)]
-    xyz = star_colors(kelvin, (5, 0)) @ np.linalg.inv(rgb_from_xyz).T
+    xyz = blackbody_rgb(kelvin, (5, 0)) @ np.linalg.inv(rgb_from_xyz).T
     assert np.allclose(xyz[:, 1], 1, atol=1e-3)
     assert np.allclose(xyz[:, :2] / xyz.sum(axis=1, keepdims=True), chromaticity, atol=1e-3)
 
