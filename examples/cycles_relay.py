@@ -9,11 +9,12 @@ import math
 
 import bpy
 import common
+import nodes
 import objects
 
 MASS = 0.5
 ORBIT = 4 * MASS
-_GOLD, _TEAL, _NIGHT = (0.9, 0.55, 0.15, 1.0), (0.01, 0.16, 0.2, 1.0), (0.004, 0.006, 0.014, 1.0)
+_GOLD, _TEAL = (0.9, 0.55, 0.15, 1.0), (0.01, 0.16, 0.2, 1.0)
 
 
 def lacquer() -> bpy.types.Material:
@@ -21,10 +22,10 @@ def lacquer() -> bpy.types.Material:
     material = bpy.data.materials.new("Lacquer")
     if bpy.app.version < (5, 0, 0):
         material.use_nodes = True
-    nodes, links = material.node_tree.nodes, material.node_tree.links
-    shader = nodes["Principled BSDF"]
-    cells, ramp, bump = (nodes.new(f"ShaderNode{kind}") for kind in ("TexVoronoi", "ValToRGB", "Bump"))
-    place = nodes.new("ShaderNodeTexCoord")
+    new, links = material.node_tree.nodes.new, material.node_tree.links
+    shader = material.node_tree.nodes["Principled BSDF"]
+    cells, ramp, bump = (new(f"ShaderNode{kind}") for kind in ("TexVoronoi", "ValToRGB", "Bump"))
+    place = new("ShaderNodeTexCoord")
     cells.feature = "DISTANCE_TO_EDGE"
     cells.inputs["Scale"].default_value = 5.0
     ramp.color_ramp.elements[0].position, ramp.color_ramp.elements[0].color = 0.04, _GOLD
@@ -41,37 +42,10 @@ def lacquer() -> bpy.types.Material:
     return material
 
 
-def nebula() -> None:
-    """A sky of dim clouds and fine stars, by nodes."""
-    tree = bpy.context.scene.world.node_tree
-    nodes, links = tree.nodes, tree.links
-    place, clouds, ramp = (nodes.new(f"ShaderNode{kind}") for kind in ("TexCoord", "TexNoise", "ValToRGB"))
-    stars, threshold, add = (nodes.new(f"ShaderNode{kind}") for kind in ("TexVoronoi", "MapRange", "Mix"))
-    clouds.inputs["Scale"].default_value, clouds.inputs["Detail"].default_value = 2.2, 8.0
-    ramp.color_ramp.elements[0].position, ramp.color_ramp.elements[0].color = 0.42, _NIGHT
-    ramp.color_ramp.elements[1].position, ramp.color_ramp.elements[1].color = 0.75, (0.32, 0.16, 0.3, 1.0)
-    ramp.color_ramp.elements.new(0.6).color = (0.03, 0.07, 0.16, 1.0)
-    stars.inputs["Scale"].default_value = 40.0
-    threshold.inputs["From Min"].default_value, threshold.inputs["From Max"].default_value = 0.09, 0.02
-    threshold.inputs["To Max"].default_value = 3.0
-    add.data_type, add.blend_type = "RGBA", "ADD"
-    add.inputs["Factor"].default_value = 1.0
-    for node in (clouds, stars):
-        links.new(place.outputs["Generated"], node.inputs["Vector"])
-    links.new(clouds.outputs[0], ramp.inputs["Fac"])
-    links.new(stars.outputs["Distance"], threshold.inputs["Value"])
-    colors_in = [socket for socket in add.inputs if socket.type == "RGBA"]
-    links.new(ramp.outputs["Color"], colors_in[0])
-    links.new(threshold.outputs["Result"], colors_in[1])
-    color_out = next(socket for socket in add.outputs if socket.type == "RGBA")
-    links.new(color_out, nodes["Background"].inputs["Color"])
-
-
 def build(angle_deg: float = 235.0) -> bpy.types.Scene:
     """Makes the scene in the current file, the monkey at this angle of its orbit, and returns it ready for Cycles."""
     scene = common.new_scene("CYCLES", samples=96)
-    objects.set_world((0.0, 0.0, 0.0), 1.0)
-    nebula()
+    nodes.starry_sky((0.10, 0.06, 0.13), (0.01, 0.03, 0.07), 1.0)
     bpy.ops.bentlight.black_hole_add(mass=MASS, location=(0, 0, 0))
     angle = math.radians(angle_deg)
     center = (ORBIT * math.sin(angle), ORBIT * math.cos(angle), 0.25)

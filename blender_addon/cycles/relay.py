@@ -34,8 +34,6 @@ def setup(scene: bpy.types.Scene) -> bpy.types.Object:
     if source is None or source.type != "CAMERA":
         raise RenderError("No camera: the scene needs an active camera")
     lens = bpy.data.cameras.new(f"{source.name} Relay")
-    if not hasattr(lens, "custom_bytecode"):
-        raise RenderError("The relay camera needs Blender 4.5 or newer")
     relay = bpy.data.objects.new(lens.name, lens)
     relay.parent = source
     relay.bentlight.relay_source = source

@@ -10,8 +10,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -65,9 +64,8 @@ def bake(
     prefix: Path,
     settings: RelaySettings,
     aperture: Aperture | None = None,
-    should_stop: Callable[[], bool] = lambda: False,
-) -> RelayMaps | None:
-    """Traces and writes all maps; their paths begin with `prefix`. None, and no file, once `should_stop` says so.
+) -> RelayMaps:
+    """Traces and writes all maps; their paths begin with `prefix`.
 
     `scene` is committed and has this camera.
     """
@@ -93,10 +91,6 @@ def bake(
             maps.files += written.files
             maps.rays, maps.lost = maps.rays + written.rays, maps.lost + written.lost
             maps.fine_pixels += written.fine_pixels
-            if should_stop():
-                pool.shutdown(wait=True, cancel_futures=True)
-                remove(maps.files + [file for other in waiting if _finished(other) for file in other.result().files])
-                return None
     maps.seconds = time.monotonic() - start
     return maps
 
@@ -105,10 +99,6 @@ def remove(files: list[Path]) -> None:
     """Deletes maps; those that are gone already do no harm."""
     for file in files:
         file.unlink(missing_ok=True)
-
-
-def _finished(future: Future) -> bool:
-    return future.done() and not future.cancelled()
 
 
 @dataclass
