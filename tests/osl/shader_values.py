@@ -1,5 +1,7 @@
-"""Values of shader code over arrays: one pixel a value, through Cycles, as emission in a 32-bit EXR."""
+"""Shader code in tests: whether it compiles, and its values over arrays: one pixel a value, through Cycles, as emission
+in a 32-bit EXR."""
 
+import re
 import shutil
 from pathlib import Path
 
@@ -24,6 +26,20 @@ shader probe(string Numbers = "", output closure color BSDF = 0)
   BSDF = emission() * color(out[0], out[1], out[2]);
 }}
 """
+
+
+def compiled_functions(folder: Path, header: Path, macro: str) -> int:
+    """How many functions, declared by `macro`, a header for two compilers has; asserts that oslc takes each as is."""
+    import _cycles  # there once bpy is
+
+    functions = re.findall(rf"{macro} (\w+)\(([^)]*)\)", header.read_text())
+    calls = "\n".join(f"  result += {name}({', '.join(['a'] * (args.count(',') + 1))});" for name, args in functions)
+    shader = f'#include "{header}"\nshader probe(float a = 0.1, output float result = 0)\n{{\n{calls}\n}}\n'
+    (folder / "probe.osl").write_text(shader)
+    assert _cycles.osl_compile(str(folder / "probe.osl"), str(folder / "probe.oso"))
+    code = (folder / "probe.oso").read_text()
+    assert "OpenShadingLanguage" in code and "shader probe" in code
+    return len(functions)
 
 
 def evaluate(folder: Path, includes: list[str], code: str, numbers: np.ndarray) -> np.ndarray:

@@ -1,6 +1,5 @@
 """The table mapping header is accepted by oslc as it stands, and computes there what it does in C."""
 
-import re
 from pathlib import Path
 
 import numpy as np
@@ -13,16 +12,7 @@ bpy = pytest.importorskip("bpy")
 
 
 def test_every_function_compiles(tmp_path):
-    import _cycles
-
-    functions = re.findall(r"MAP_FUNCTION (map_\w+)\(([^)]*)\)", HEADER.read_text())
-    assert len(functions) >= 12
-    calls = "\n".join(f"  result += {name}({', '.join(['a'] * (args.count(',') + 1))});" for name, args in functions)
-    shader = f'#include "{HEADER}"\nshader probe(float a = 0.1, output float result = 0)\n{{\n{calls}\n}}\n'
-    (tmp_path / "probe.osl").write_text(shader)
-    assert _cycles.osl_compile(str(tmp_path / "probe.osl"), str(tmp_path / "probe.oso"))
-    code = (tmp_path / "probe.oso").read_text()
-    assert "OpenShadingLanguage" in code and "shader probe" in code
+    assert shader_values.compiled_functions(tmp_path, HEADER, "MAP_FUNCTION") >= 12
 
 
 RANGES = {  # of the arguments; numbers alone stay what they are
