@@ -13,17 +13,38 @@ from . import setup, tables
 log = logging.getLogger(__name__)
 
 
-def _refresh(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+_at_work = False  # adding lenses is itself a change
+
+
+def _refresh(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, complete: bool = True) -> None:
+    """Lenses as their holes are; `complete`: also for holes that are new, none for those that are gone."""
+    global _at_work
+    if _at_work:
+        return
+    _at_work = True
     try:
-        setup.update(scene, depsgraph)
+        if not complete or setup.is_complete(scene, depsgraph):
+            setup.update(scene, depsgraph)
+        else:
+            for text in setup.complete(scene, depsgraph):
+                log.warning(text)
     except RenderError as error:
         log.warning("Lenses for Cycles: %s", error)
+    finally:
+        _at_work = False
 
 
 @persistent
 def _on_change(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = None) -> None:
     if setup.is_set_up(scene) and depsgraph is not None:
         _refresh(scene, depsgraph)
+
+
+@persistent
+def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = None) -> None:
+    """While an animation renders objects must not come and go."""
+    if setup.is_set_up(scene) and depsgraph is not None:
+        _refresh(scene, depsgraph, complete=False)
 
 
 @persistent
@@ -48,7 +69,7 @@ def _handlers() -> list[tuple[list, object]]:
     return [
         (events.load_post, _on_load),
         (events.depsgraph_update_post, _on_change),
-        (events.frame_change_post, _on_change),
+        (events.frame_change_post, _on_frame),
         (events.render_init, _before_render),
     ]
 

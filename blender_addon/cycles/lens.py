@@ -70,6 +70,12 @@ def remove(lens: bpy.types.Object) -> None:
             bpy.data.materials.remove(material)
 
 
+def remove_orphans(scene: bpy.types.Scene) -> None:
+    """Lenses whose holes have been deleted."""
+    for obj in [obj for obj in scene.objects if obj.bentlight.is_lens and not obj.parent]:
+        remove(obj)
+
+
 def update(
     lens: bpy.types.Object,
     item: SpacetimeData,

@@ -32,6 +32,7 @@ def setup(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> tuple[list[
     tables.check()
     for item in items:
         tables.ensured("ellis" if item.kind == "WORMHOLE" else "schwarzschild")
+    lens.remove_orphans(scene)
     existing = lens.find(scene)
     for hole in holes:
         if hole.name not in existing:
@@ -52,6 +53,23 @@ def _holes(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[bpy.t
     """In the order of their names, as rendered."""
     found = [obj for obj in scene.objects if obj.bentlight.kind != "NONE" and not obj.hide_render]
     return sorted((obj for obj in found if _has_effect(lens.read(obj, depsgraph))), key=lambda obj: obj.name)
+
+
+def complete(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[str]:
+    """Gives lenses to holes that are new, and takes away those of holes that are gone. Returns warnings.
+
+    Raises RenderError where holes are not as they must be.
+    """
+    if any(_holes(scene, depsgraph)):
+        return setup(scene, depsgraph)[1]
+    lens.remove_orphans(scene)
+    return []
+
+
+def is_complete(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> bool:
+    """Whether every hole that renders has its lens, and every lens its hole."""
+    existing = lens.find(scene)
+    return "" not in existing and all(hole.name in existing for hole in _holes(scene, depsgraph))
 
 
 def _has_effect(item: SpacetimeData) -> bool:
@@ -86,10 +104,11 @@ def _settings(scene: bpy.types.Scene, lenses: int) -> list[str]:
     """Sets what Cycles needs, remembers what was, and says what changed."""
     cycles = scene.cycles
     wanted = {"shading_system": True}
-    # every leg of a path may cross every lens
-    needed = min(1024, cycles.transparent_max_bounces + (cycles.max_bounces + 1) * lenses)
     before = json.loads(scene.bentlight.cycles_before or "{}")
-    if "transparent_max_bounces" not in before:
+    own, given = before.get("transparent_max_bounces", [cycles.transparent_max_bounces] * 2)
+    # every leg of a path may cross every lens
+    needed = min(1024, own + (cycles.max_bounces + 1) * lenses)
+    if cycles.transparent_max_bounces == given:  # not the user's choice since
         wanted["transparent_max_bounces"] = needed
     if cycles.device == "GPU" and _gpu_kind() != "OPTIX":
         wanted["device"] = "CPU"
@@ -103,7 +122,7 @@ def _settings(scene: bpy.types.Scene, lenses: int) -> list[str]:
         old = getattr(cycles, name)
         if old != value:
             setattr(cycles, name, value)
-            before[name] = (old, value)
+            before[name] = (before[name][0] if name in before else old, value)
             done.append(said[name])
     scene.bentlight.cycles_before = json.dumps(before)
     return done

@@ -153,6 +153,28 @@ def test_lenses_follow_their_holes(scene):
     assert obj.hide_render
 
 
+def test_holes_that_come_and_go_have_lenses(scene):
+    """Without another press of the button; what setting up changed is taken back in full all the same."""
+    add_hole().bentlight.sphere_radius = 1
+    own = scene.cycles.transparent_max_bounces
+    bpy.ops.bentlight.cycles_setup()
+    for_one = scene.cycles.transparent_max_bounces
+    bpy.ops.bentlight.black_hole_add(mass=0.1, location=(5, 0, 0))
+    second = bpy.context.object
+    bpy.context.view_layer.update()
+    assert set(lens.find(scene)) == {obj.name for obj in scene.objects if obj.bentlight.kind != "NONE"}
+    assert scene.cycles.transparent_max_bounces - own == 2 * (for_one - own)
+    bpy.data.objects.remove(second)
+    bpy.context.view_layer.update()
+    assert set(lens.find(scene)) == {obj.name for obj in scene.objects if obj.bentlight.kind != "NONE"}
+    for hole in [obj for obj in scene.objects if obj.bentlight.kind != "NONE"]:
+        bpy.data.objects.remove(hole)
+    bpy.context.view_layer.update()
+    assert not lens.find(scene)
+    bpy.ops.bentlight.cycles_clear()
+    assert scene.cycles.transparent_max_bounces == own
+
+
 def test_every_frame_has_its_own_lens(scene, tmp_path):
     """In a background animation: each picture is that of its frame rendered alone."""
     hole = add_hole(spin=0.3)
