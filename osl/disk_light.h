@@ -12,13 +12,15 @@
 #define DISK_PAGE_THORNE 1
 #define DISK_POWER_LAW 2
 #define DISK_RAMP 3
+#define DISK_IMAGE 4
 
 struct Disk {
   int emission;
   float inner, outer, soft; /* radii in masses; over the last the outer edge fades */
   float temperature, exponent, hottest; /* in K; of the power law; the largest flux */
-  string colors;            /* image: blackbodies over ln T, or the ramp from the inner to the outer edge */
-  float coldest, hot, size; /* the blackbodies' first and last temperature; entries of the image */
+  string colors;            /* blackbodies over ln T, the ramp from the inner to the outer edge, or the image */
+  float coldest, hot, size; /* the blackbodies' first and last temperature; entries of the row, or lines of the image */
+  int is_srgb, is_associated; /* how the image holds its colors: on the sRGB curve; multiplied by alpha */
   float reference;          /* ln of the luminance that strength 1 stands for */
   float strength, opacity, doppler, gravitational;
   float contrast, scale, phase, period; /* of the pattern */
@@ -30,6 +32,19 @@ color disk_entry(Disk disk, float at, output float fourth)
   float u = (clamp(at, 0, 1) * (disk.size - 1) + 0.5) / disk.size;
   fourth = texture(disk.colors, u, 0.5, 0, 0, 0, 0, "wrap", "clamp", "interp", "linear", "firstchannel", 3);
   return texture(disk.colors, u, 0.5, 0, 0, 0, 0, "wrap", "clamp", "interp", "linear");
+}
+
+float disk_decoded(float value) { return value < 0.04045 ? max(value, 0) / 12.92 : pow((value + 0.055) / 1.055, 2.4); }
+
+/* The image: around the hole from left to right, `depth` from the inner edge upwards. As the core's operation image. */
+color disk_image(Disk disk, float azimuth, float depth, output float alpha)
+{
+  float edge = 0.5 / disk.size, s = azimuth / M_2PI, t = 1 - clamp(depth, edge, 1 - edge);
+  color rgb = texture(disk.colors, s, t, 0, 0, 0, 0, "swrap", "periodic", "twrap", "clamp", "interp", "linear");
+  alpha = texture(disk.colors, s, t, 0, 0, 0, 0, "swrap", "periodic", "twrap", "clamp", "interp", "linear",
+                  "firstchannel", 3);
+  if (disk.is_associated && alpha != 0) rgb /= alpha;
+  return disk.is_srgb ? color(disk_decoded(rgb[0]), disk_decoded(rgb[1]), disk_decoded(rgb[2])) : rgb;
 }
 
 /* As the core's operation blackbody_light. */
@@ -48,9 +63,10 @@ color disk_radiance(Disk disk, float r, float a, float azimuth, float g, output 
   if (cover == 0) return color(0);
   if (disk.soft > 0) cover *= 1 - smoothstep(disk.outer - disk.soft, disk.outer, r);
   color light;
-  if (disk.emission == DISK_RAMP) {
-    float alpha;
-    light = disk_entry(disk, (r - disk.inner) / (disk.outer - disk.inner), alpha) * pow(g, 4);
+  if (disk.emission == DISK_RAMP || disk.emission == DISK_IMAGE) {
+    float depth = (r - disk.inner) / (disk.outer - disk.inner), alpha;
+    light = disk.emission == DISK_RAMP ? disk_entry(disk, depth, alpha) : disk_image(disk, azimuth, depth, alpha);
+    light *= pow(g, 4);
     cover *= alpha;
   } else {
     float part = disk.emission == DISK_POWER_LAW ? pow(r / disk.inner, -disk.exponent)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import logging
 import math
+from dataclasses import dataclass
 from pathlib import Path
 
 import bpy
@@ -12,16 +14,20 @@ from bentlight_native import disk_drawn_radius, write_exr
 
 from ..sync import disk, thermal
 from ..sync.disk_program import ramp_table
+from ..sync.images import has_associated_alpha, image_pixels
 from ..sync.scene_data import SpacetimeData
 from . import files, shaders
 
-_KINDS = {"PAGE_THORNE": 1, "POWER_LAW": 2, "RAMP": 3}
+log = logging.getLogger(__name__)
+
+_KINDS = {"PAGE_THORNE": 1, "POWER_LAW": 2, "RAMP": 3, "IMAGE": 4}
 
 
 def is_shown(hole: bpy.types.Object) -> bool:
-    """Whether the shader can show a hole's disk: images and materials it cannot."""
+    """Whether the shader can show a hole's disk: materials it cannot."""
     settings = hole.bentlight.disk
-    has_colors = settings.emission != "RAMP" or (settings.ramp is not None and settings.ramp.use_color_ramp)
+    has_ramp = settings.ramp is not None and settings.ramp.use_color_ramp
+    has_colors = {"RAMP": has_ramp, "IMAGE": settings.image is not None}.get(settings.emission, True)
     return settings.enable and settings.emission in _KINDS and has_colors
 
 
@@ -29,7 +35,7 @@ def warnings(hole: bpy.types.Object) -> list[str]:
     """Why Cycles does not show a hole's disk."""
     if not hole.bentlight.disk.enable or hole.bentlight.kind != "BLACK_HOLE" or is_shown(hole):
         return []
-    return [f"The disk of '{hole.name}' is not seen: lenses show blackbodies and color ramps only"]
+    return [f"The disk of '{hole.name}' is not seen: lenses show blackbodies, color ramps and images only"]
 
 
 def reach(hole: bpy.types.Object, item: SpacetimeData) -> float:
@@ -47,9 +53,7 @@ def sockets(hole: bpy.types.Object, item: SpacetimeData, frame: float) -> dict[s
     settings = hole.bentlight.disk
     extent = disk.read_extent(settings, item)
     pattern = disk.read_pattern(settings, extent, frame)
-    table = ramp_table(settings.ramp.color_ramp) if settings.emission == "RAMP" else None
-    if table is None:
-        table = thermal.blackbody_table(bpy.app.version)
+    colors = _colors(settings)
     numbers = {
         "Inner": extent.inner,
         "Outer": extent.outer,
@@ -59,7 +63,7 @@ def sockets(hole: bpy.types.Object, item: SpacetimeData, frame: float) -> dict[s
         "Hottest": disk.hottest_flux(extent),
         "Coldest": thermal.LOWEST_K,
         "Hot": thermal.HIGHEST_K,
-        "Size": len(table),
+        "Size": colors.size,
         "Reference": math.log(thermal.luminance(settings.temperature)),
         "Strength": settings.strength,
         "Opacity": settings.opacity,
@@ -72,13 +76,50 @@ def sockets(hole: bpy.types.Object, item: SpacetimeData, frame: float) -> dict[s
     }
     found = {f"Disk{name}": ("NodeSocketFloat", float(value)) for name, value in numbers.items()}
     found["DiskEmission"] = ("NodeSocketInt", _KINDS[settings.emission])
-    found["DiskColors"] = ("NodeSocketString", str(_image(table)))
+    found["DiskColors"] = ("NodeSocketString", str(colors.path))
+    found["DiskEncoded"] = ("NodeSocketInt", int(colors.is_srgb))
+    found["DiskAssociated"] = ("NodeSocketInt", int(colors.is_associated))
     return found
 
 
-def _image(table: np.ndarray) -> Path:
-    """A row of colors as an image that is named after what is in it; made if it is missing."""
-    path = files.folder("tables") / f"colors_{hashlib.sha256(table.tobytes()).hexdigest()[:16]}.exr"
+@dataclass(frozen=True)
+class _Colors:
+    """A file of colors; `size`: entries of a row, lines of an image."""
+
+    path: Path
+    size: int
+    is_srgb: bool = False
+    is_associated: bool = False
+
+
+def _colors(settings: bpy.types.PropertyGroup) -> _Colors:
+    if settings.emission == "IMAGE":
+        return _of_image(settings.image)
+    is_ramp = settings.emission == "RAMP"
+    table = ramp_table(settings.ramp.color_ramp) if is_ramp else thermal.blackbody_table(bpy.app.version)
+    return _Colors(_file(table[None]), len(table))
+
+
+_images: dict[tuple, _Colors] = {}  # reading pixels takes longer than a change of the scene may
+
+
+def forget_images() -> None:
+    """What is in images is read afresh: their pixels may have changed."""
+    _images.clear()
+
+
+def _of_image(image: bpy.types.Image) -> _Colors:
+    key = (image.name_full, tuple(image.size), image.filepath, image.colorspace_settings.name, image.alpha_mode)
+    if key not in _images or not _images[key].path.is_file():
+        pixels = image_pixels(image, log.warning)
+        values = pixels.values / np.float32(255) if pixels.values.dtype == np.uint8 else pixels.values
+        _images[key] = _Colors(_file(values[::-1]), len(values), pixels.srgb, has_associated_alpha(image))
+    return _images[key]
+
+
+def _file(colors: np.ndarray) -> Path:
+    """(height, width, 4) from the top, as a file that is named after what is in it; made if it is missing."""
+    path = files.folder("tables") / f"colors_{hashlib.sha256(colors.tobytes()).hexdigest()[:16]}.exr"
     if not path.is_file():
-        write_exr(path, {f"{i:02}": table[None, :, i] for i in range(4)}, {})
+        write_exr(path, {f"{i:02}": colors[..., i] for i in range(4)}, {})
     return path

@@ -8,7 +8,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..report import RenderError
-from . import setup, tables
+from . import disk, setup, tables
 
 log = logging.getLogger(__name__)
 
@@ -61,6 +61,7 @@ def _on_load(_path: str) -> None:
 @persistent
 def _before_render(scene: bpy.types.Scene, *_unused: object) -> None:
     if setup.is_set_up(scene) and scene.render.engine == "CYCLES":
+        disk.forget_images()
         _refresh(scene, scene.view_layers[0].depsgraph or bpy.context.evaluated_depsgraph_get())
 
 

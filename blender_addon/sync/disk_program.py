@@ -16,7 +16,7 @@ import numpy as np
 from ..report import RenderError
 from . import thermal
 from .disk import DiskExtent, Pattern, hottest_flux
-from .images import ImageTable
+from .images import ImageTable, has_associated_alpha
 from .material import Compiled, compile_output, node_tree
 from .nodes.compiler import Compiler
 
@@ -136,8 +136,11 @@ class _DiskWriter:
             raise RenderError(f"{self.compiler.owner}: its disk has no image: choose one")
         index = self.compiler.images.index_of(image, self.compiler.warnings.append)
         around = self._math("DIVIDE", self._azimuth, 2 * math.pi)
-        place = self.compiler.emit("combine", around, self._depth(), self._constant(0.0))
-        color = self.compiler.emit("image", place, immediates=(index, "Linear", "REPEAT", "OFF"))
+        edge = 0.5 / image.size[1]  # images repeat around the hole, not outwards
+        height = self._math("MINIMUM", self._math("MAXIMUM", self._depth(), edge), 1 - edge)
+        place = self.compiler.emit("combine", around, height, self._constant(0.0))
+        straight = "ON" if has_associated_alpha(image) else "OFF"
+        color = self.compiler.emit("image", place, immediates=(index, "Linear", "REPEAT", straight))
         return color, color + 1
 
     def _write_material(self, cover: int) -> None:

@@ -132,6 +132,15 @@ def test_a_ramp_and_an_image(tmp_path):
     assert picture(tmp_path)[..., :3].max(axis=(0, 1)) == pytest.approx([0.6, 1.2, 1.8], rel=1e-5)
 
 
+def test_an_image_half_transparent_shines_half(tmp_path):
+    """Alpha counts once, however the image holds its colors."""
+    hole = add_hole(emission="IMAGE", doppler=0.0, gravitational=0.0)
+    look()
+    hole.bentlight.disk.image = image = bpy.data.images.new("Disk", 4, 4, alpha=True)
+    image.pixels.foreach_set(np.tile(np.float32([1, 1, 1, 0.5]), 16))
+    assert picture(tmp_path)[..., 0].max() == pytest.approx(128 / 255, rel=1e-5)
+
+
 def test_opacity_lets_the_sky_through(tmp_path):
     hole = add_hole(emission="POWER_LAW", strength=0.0, opacity=0.25)
     look()
