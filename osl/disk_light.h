@@ -13,6 +13,8 @@
 #define DISK_POWER_LAW 2
 #define DISK_RAMP 3
 #define DISK_IMAGE 4
+#define DISK_MATERIAL 5
+#define DISK_CROSSINGS 4 /* of a ray, that a material is told of */
 
 struct Disk {
   int emission;
@@ -56,26 +58,43 @@ color disk_blackbody(Disk disk, float kelvin)
   return rgb * disk_luminance_from_stored(stored - disk.reference, clamped) * max(kelvin / disk.hot, 1);
 }
 
-/* Radiance at a radius, and the part that the disk covers; g is shifted by the sliders already. */
-color disk_radiance(Disk disk, float r, float a, float azimuth, float g, output float cover)
+/* Where and how a ray crosses the disk's plane: radius, azimuth from 0 to 2 pi, the factors of its frequency, and what the
+ * pattern is there. */
+struct Crossing {
+  float r, azimuth, doppler, gravitational, noise;
+};
+
+/* 1 on the disk, 0 outside, in between along its soft edge. */
+float disk_cover(Disk disk, float r)
 {
-  cover = r > disk.inner && r < disk.outer ? disk.opacity : 0;
-  if (cover == 0) return color(0);
-  if (disk.soft > 0) cover *= 1 - smoothstep(disk.outer - disk.soft, disk.outer, r);
+  if (!(r > disk.inner && r < disk.outer)) return 0;
+  return disk.soft > 0 ? 1 - smoothstep(disk.outer - disk.soft, disk.outer, r) : 1;
+}
+
+float disk_shift(Disk disk, Crossing at)
+{
+  return pow(at.doppler, disk.doppler) * pow(at.gravitational, disk.gravitational);
+}
+
+/* Radiance at a crossing, and the part that the disk covers. */
+color disk_radiance(Disk disk, Crossing at, float a, output float cover)
+{
   color light;
+  float g = disk_shift(disk, at);
+  cover = disk.opacity * disk_cover(disk, at.r);
+  if (cover == 0) return color(0);
   if (disk.emission == DISK_RAMP || disk.emission == DISK_IMAGE) {
-    float depth = (r - disk.inner) / (disk.outer - disk.inner), alpha;
-    light = disk.emission == DISK_RAMP ? disk_entry(disk, depth, alpha) : disk_image(disk, azimuth, depth, alpha);
+    float depth = (at.r - disk.inner) / (disk.outer - disk.inner), alpha;
+    light = disk.emission == DISK_RAMP ? disk_entry(disk, depth, alpha) : disk_image(disk, at.azimuth, depth, alpha);
     light *= pow(g, 4);
     cover *= alpha;
   } else {
-    float part = disk.emission == DISK_POWER_LAW ? pow(r / disk.inner, -disk.exponent)
-                                                 : pow(disk_flux(r, a) / disk.hottest, 0.25);
+    float part = disk.emission == DISK_POWER_LAW ? pow(at.r / disk.inner, -disk.exponent)
+                                                 : pow(disk_flux(at.r, a) / disk.hottest, 0.25);
     light = disk_blackbody(disk, disk.temperature * part * g);
   }
   if (disk.contrast > 0) {
-    float noise = disk_pattern(r, a, azimuth, disk.phase, disk.period, disk.scale);
-    float factor = disk_pattern_factor(noise, disk.contrast);
+    float factor = disk_pattern_factor(at.noise, disk.contrast);
     light *= factor;
     cover *= min(factor, 1);
   }
@@ -94,33 +113,68 @@ Ray crossed(Space space, Ray ray, Ray next, float h)
   return there;
 }
 
-/* Adds the light of a crossing. `energy`: conserved, over that at the ray's start. */
-void cross_disk(Space space, Disk disk, Ray there, float energy, output color glow, output float passed)
+/* `energy`: conserved, over that at the ray's start. */
+Crossing crossing_of(Space space, Disk disk, Ray there, float energy)
 {
   point p;
   vector d;
   placed(space, there, p, d);
-  float r = 1 / there.x, a = abs(space.a), sense = space.a < 0 ? -1 : 1, flat = hypot(p[0], p[1]), cover;
+  float a = abs(space.a), sense = space.a < 0 ? -1 : 1, flat = hypot(p[0], p[1]);
   float k_r = -(d[0] * p[0] + d[1] * p[1]) / flat, k_phi = sense * (d[0] * p[1] - d[1] * p[0]) / flat;
-  float g = pow(disk_doppler(r, a, k_r, k_phi), disk.doppler) *
-            pow(disk_gravitational(r, a, k_phi) / energy, disk.gravitational);
-  color light = disk_radiance(disk, r, a, sense * atan2(p[1], p[0]), g, cover);
-  glow += passed * cover * light;
-  passed *= 1 - cover;
+  Crossing at;
+  at.r = 1 / there.x, at.azimuth = atan2(p[1], p[0]);
+  if (at.azimuth < 0) at.azimuth += M_2PI;
+  at.doppler = disk_doppler(at.r, a, k_r, k_phi), at.gravitational = disk_gravitational(at.r, a, k_phi) / energy;
+  at.noise = 0;
+  if (disk.contrast > 0 || disk.emission == DISK_MATERIAL)
+    at.noise = disk_pattern(at.r, a, sense * at.azimuth, disk.phase, disk.period, disk.scale);
+  return at;
 }
 
-/* As follow() of transport.h, with the disk's light on the way, and the part of what comes from behind that passes. The
- * frequency is that at the start, or at infinity for rays that enter from outside. */
+/* What a disk's own material is told of the first crossings of a ray, in order. */
+struct Crossings {
+  vector place[DISK_CROSSINGS]; /* part that is covered (0: no crossing), radius, azimuth */
+  vector shift[DISK_CROSSINGS]; /* of frequency: by the sliders, Doppler, gravitational */
+  vector more[DISK_CROSSINGS];  /* crossings of the plane before, pattern, 0 */
+  int count;
+};
+
+void note_crossing(Disk disk, Crossing at, int order, output Crossings seen)
+{
+  float cover = disk_cover(disk, at.r);
+  if (cover == 0 || seen.count == DISK_CROSSINGS) return;
+  seen.place[seen.count] = vector(cover, at.r, at.azimuth);
+  seen.shift[seen.count] = vector(disk_shift(disk, at), at.doppler, at.gravitational);
+  seen.more[seen.count] = vector(order, at.noise, 0);
+  seen.count += 1;
+}
+
+/* As follow() of transport.h, past the disk. Its light on the way and the part of what comes from behind that passes; or, if
+ * it has a material of its own, what that is to know, and all passes. The frequency is that at the start, or at infinity for
+ * rays that enter from outside. */
 int follow_past_disk(Space space, Disk disk, point start, vector direction, int entering, output point p,
-                     output vector d, output color glow, output float passed)
+                     output vector d, output color glow, output float passed, output Crossings seen)
 {
   Ray ray, next;
-  glow = 0, passed = 1;
+  glow = 0, passed = 1, seen.count = 0;
+  for (int i = 0; i < DISK_CROSSINGS; i++) seen.place[i] = 0, seen.shift[i] = 1, seen.more[i] = 0;
   if (!launch(space, start, direction, ray)) return FATE_LOST;
   float energy = entering ? 1 : ray.E, h;
+  int order = 0;
   for (int i = 0; i < STEPS_MAX; i++) {
     int fate = stepped(space, ray, next, h);
-    if (ray.n[2] * next.n[2] < 0) cross_disk(space, disk, crossed(space, ray, next, h), energy, glow, passed);
+    if (ray.n[2] * next.n[2] < 0) {
+      Crossing at = crossing_of(space, disk, crossed(space, ray, next, h), energy);
+      if (disk.emission == DISK_MATERIAL) {
+        note_crossing(disk, at, order, seen);
+      } else {
+        float cover;
+        color light = disk_radiance(disk, at, abs(space.a), cover);
+        glow += passed * cover * light;
+        passed *= 1 - cover;
+      }
+      order += 1;
+    }
     if (fate == FATE_NEAR) placed(space, next, p, d);
     if (fate != FATE_INSIDE || passed < 1e-4) return fate == FATE_INSIDE ? FATE_LOST : fate;
     ray = next;

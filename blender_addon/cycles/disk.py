@@ -15,27 +15,40 @@ from bentlight_native import disk_drawn_radius, write_exr
 from ..sync import disk, thermal
 from ..sync.disk_program import ramp_table
 from ..sync.images import has_associated_alpha, image_pixels
+from ..sync.material import node_tree
 from ..sync.scene_data import SpacetimeData
-from . import files, shaders
+from . import disk_material, files, shaders
 
 log = logging.getLogger(__name__)
 
-_KINDS = {"PAGE_THORNE": 1, "POWER_LAW": 2, "RAMP": 3, "IMAGE": 4}
+_KINDS = {"PAGE_THORNE": 1, "POWER_LAW": 2, "RAMP": 3, "IMAGE": 4, "MATERIAL": 5}
 
 
 def is_shown(hole: bpy.types.Object) -> bool:
-    """Whether the shader can show a hole's disk: materials it cannot."""
+    """Whether a hole has a disk that has all it needs."""
     settings = hole.bentlight.disk
     has_ramp = settings.ramp is not None and settings.ramp.use_color_ramp
-    has_colors = {"RAMP": has_ramp, "IMAGE": settings.image is not None}.get(settings.emission, True)
-    return settings.enable and settings.emission in _KINDS and has_colors
+    needs = {"RAMP": has_ramp, "IMAGE": settings.image is not None, "MATERIAL": material(hole) is not None}
+    return settings.enable and needs.get(settings.emission, True)
+
+
+def material(hole: bpy.types.Object) -> bpy.types.Material | None:
+    """Its disk's own, if that is what it is made of."""
+    settings = hole.bentlight.disk
+    is_used = settings.enable and settings.emission == "MATERIAL" and hole.bentlight.kind == "BLACK_HOLE"
+    return settings.material if is_used and settings.material and node_tree(settings.material) else None
 
 
 def warnings(hole: bpy.types.Object) -> list[str]:
-    """Why Cycles does not show a hole's disk."""
-    if not hole.bentlight.disk.enable or hole.bentlight.kind != "BLACK_HOLE" or is_shown(hole):
+    """What Cycles does not show of a hole's disk."""
+    if not hole.bentlight.disk.enable or hole.bentlight.kind != "BLACK_HOLE":
         return []
-    return [f"The disk of '{hole.name}' is not seen: lenses show blackbodies, color ramps and images only"]
+    if not is_shown(hole):
+        return [f"The disk of '{hole.name}' is not seen: it has no color ramp, image or material"]
+    lost = disk_material.scattering_nodes(material(hole)) if material(hole) else []
+    if lost:
+        return [f"The disk of '{hole.name}' only shines in a lens; what scatters there is left out: {', '.join(lost)}"]
+    return []
 
 
 def reach(hole: bpy.types.Object, item: SpacetimeData) -> float:

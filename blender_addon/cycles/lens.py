@@ -9,7 +9,7 @@ import numpy as np
 
 from ..sync import spacetime
 from ..sync.scene_data import SpacetimeData
-from . import shaders, tables
+from . import disk_material, shaders, tables
 
 _SUBDIVISIONS = 5
 _NAME = "Bentlight Lens"
@@ -44,7 +44,7 @@ def _material(name: str) -> bpy.types.Material:
     tree.nodes.clear()
     node, output = tree.nodes.new("ShaderNodeScript"), tree.nodes.new("ShaderNodeOutputMaterial")
     node.location = (-300, 0)
-    shaders.fill_node(node, shaders.compiled("lens"), {})
+    shaders.fill_node(node, shaders.compiled("lens"), {}, disk_material.SOCKETS)
     tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
     return material
 
@@ -67,6 +67,7 @@ def remove(lens: bpy.types.Object) -> None:
     bpy.data.meshes.remove(mesh)
     for material in materials:
         if material:
+            disk_material.clear(material)
             bpy.data.materials.remove(material)
 
 
@@ -91,7 +92,9 @@ def update(
         lens.matrix_basis = scale
     nodes = lens.data.materials[0].node_tree.nodes
     node = next(node for node in nodes if node.bl_idname == "ShaderNodeScript")
-    shaders.fill_node(node, shaders.compiled("lens"), _inputs(item, radius, far, _reach(lens.data), disk))
+    shaders.fill_node(
+        node, shaders.compiled("lens"), _inputs(item, radius, far, _reach(lens.data), disk), disk_material.SOCKETS
+    )
 
 
 def _reach(mesh: bpy.types.Mesh) -> float:

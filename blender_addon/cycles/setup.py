@@ -10,7 +10,7 @@ import bpy
 from ..report import RenderError
 from ..sync import spacetime
 from ..sync.scene_data import SpacetimeData
-from . import disk, lens, radius, tables
+from . import disk, disk_material, lens, radius, tables
 
 
 def is_set_up(scene: bpy.types.Scene) -> bool:
@@ -178,3 +178,5 @@ def update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         hole = lenses[name].parent.evaluated_get(depsgraph)
         glow = disk.sockets(hole, item, scene.frame_current_final)
         lens.update(lenses[name], item, used, found.get(item.exit) if item.exit else None, glow)
+        own = disk.material(hole)
+        disk_material.update(lenses[name].data.materials[0], own and own.evaluated_get(depsgraph))

@@ -59,15 +59,21 @@ def compiled(name: str) -> Shader:
 Socket = tuple[str, object]  # type and value
 
 
-def fill_node(node: bpy.types.ShaderNodeScript, shader: Shader, inputs: dict[str, Socket]) -> None:
+def fill_node(
+    node: bpy.types.ShaderNodeScript, shader: Shader, inputs: dict[str, Socket], outputs: dict[str, str] | None = None
+) -> None:
     """Gives a script node its code and its sockets, without the module that Blender's own button needs for that, and
-    which Blender as a Python module lacks. Writes only what is different."""
+    which Blender as a Python module lacks. Writes only what is different. A value of `None` leaves an input as it is;
+    `outputs`: names and types of those besides BSDF."""
     if node.bytecode_hash != shader.key:
         node.bytecode, node.bytecode_hash = shader.code, shader.key
     for name, (kind, value) in inputs.items():
         socket = node.inputs.get(name) or node.inputs.new(type=kind, name=name, identifier=name)
+        if value is None:
+            continue
         now = tuple(socket.default_value) if kind == "NodeSocketVector" else socket.default_value
         if now != value:
             socket.default_value = value
-    if "BSDF" not in node.outputs:
-        node.outputs.new(type="NodeSocketShader", name="BSDF", identifier="BSDF")
+    for name, kind in {"BSDF": "NodeSocketShader", **(outputs or {})}.items():
+        if name not in node.outputs:
+            node.outputs.new(type=kind, name=name, identifier=name)

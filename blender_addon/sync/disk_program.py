@@ -22,6 +22,17 @@ from .nodes.compiler import Compiler
 
 _RAMP_ENTRIES = 256
 
+MATERIAL_ATTRIBUTES = (
+    "bentlight_radius",
+    "bentlight_azimuth",
+    "bentlight_frequency_ratio",
+    "bentlight_doppler",
+    "bentlight_gravitational",
+    "bentlight_image_order",
+    "bentlight_pattern",
+)
+"""What the nodes of a disk's own material may ask for by Attribute nodes."""
+
 
 def compile_disk(owner: str, settings: Any, extent: DiskExtent, pattern: Pattern, images: ImageTable) -> Compiled:
     """The program of a disk."""
@@ -147,13 +158,7 @@ class _DiskWriter:
         material = self._settings.material
         if material is None or node_tree(material) is None:
             raise RenderError(f"{self.compiler.owner}: its disk has no material with nodes: choose one")
-        self.compiler.given = {
-            "bentlight_radius": self._radius,
-            "bentlight_azimuth": self._azimuth,
-            "bentlight_frequency_ratio": self._shift(),
-            "bentlight_doppler": self._doppler,
-            "bentlight_gravitational": self._gravitational,
-            "bentlight_image_order": self._order,
-            "bentlight_pattern": self._noise,
-        }
+        place, factors = (self._radius, self._azimuth), (self._shift(), self._doppler, self._gravitational)
+        values = (*place, *factors, self._order, self._noise)
+        self.compiler.given = dict(zip(MATERIAL_ATTRIBUTES, values, strict=True))
         compile_output(self.compiler, node_tree(material), cover)

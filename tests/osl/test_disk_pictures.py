@@ -13,7 +13,8 @@ CASES = {
     "spinning": (0.9, 30.0, {"emission": "PAGE_THORNE"}),
     "turning back": (-0.6, 30.0, {"emission": "RAMP", "opacity": 0.8}),
     "camera within the sphere": (0.9, 80.0, {"emission": "RAMP", "softness": 0.0}),
-    "image": (0.5, 30.0, {"emission": "IMAGE", "opacity": 0.9}),
+    "image": (-0.5, 30.0, {"emission": "IMAGE", "opacity": 0.9}),
+    "material": (0.9, 30.0, {"emission": "MATERIAL"}),
     "film": (0.0, 30.0, {"emission": "POWER_LAW", "doppler": 0.0, "gravitational": 0.3, "temperature": 2500.0}),
 }
 
@@ -28,13 +29,51 @@ def smooth_image() -> bpy.types.Image:
     return image
 
 
+def layered_material() -> bpy.types.Material:
+    """Colored by all that crossings are told, and transparent, so that every order is seen in its color."""
+    material = bpy.data.materials.new("layers")
+    material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+
+    def node(kind, **inputs):
+        made = tree.nodes.new(kind)
+        for name, value in inputs.items():
+            if isinstance(value, bpy.types.NodeSocket):
+                tree.links.new(value, made.inputs[int(name[1:])])
+            else:
+                made.inputs[int(name[1:])].default_value = value
+        return made
+
+    def math(operation, *values):
+        made = node("ShaderNodeMath", **{f"_{i}": value for i, value in enumerate(values)})
+        made.operation = operation
+        return made.outputs[0]
+
+    def attribute(name):
+        made = node("ShaderNodeAttribute")
+        made.attribute_name = f"bentlight_{name}"
+        return made.outputs["Fac"]
+
+    red = math("POWER", attribute("frequency_ratio"), 4.0)
+    green = math("MULTIPLY_ADD", math("COSINE", attribute("azimuth")), 0.3, 0.5)
+    blue = math("MULTIPLY", attribute("image_order"), math("DIVIDE", 6.0, attribute("radius")))
+    color = node("ShaderNodeCombineColor", _0=red, _1=green, _2=blue).outputs[0]
+    shine = node("ShaderNodeEmission", _0=color, _1=2.0).outputs[0]
+    shift = math("MULTIPLY", attribute("doppler"), attribute("gravitational"))
+    behind = node("ShaderNodeBsdfTransparent", _0=(1.0, 0.7, 0.4, 1.0)).outputs[0]
+    mix = node("ShaderNodeMixShader", _0=math("MULTIPLY", shift, 0.5), _1=behind, _2=shine).outputs[0]
+    node("ShaderNodeOutputMaterial", _0=mix)
+    return material
+
+
 def pictures(spin, sphere, settings):
     """By the engine and by Cycles: 1 sample in the middle of each pixel."""
     scene = disk_schwarzschild.hole_with_disk(spin, math.radians(78), outer=15.0)
     hole = next(obj for obj in scene.objects if obj.bentlight.kind == "BLACK_HOLE")
     hole.bentlight.sphere_radius = sphere
     hole.bentlight.disk.pattern = 0.0
-    hole.bentlight.disk.image = smooth_image()
+    hole.bentlight.disk.image, hole.bentlight.disk.material = smooth_image(), layered_material()
     for name, value in settings.items():
         setattr(hole.bentlight.disk, name, value)
     rendering.set_size(scene, 160, 90)
@@ -66,7 +105,7 @@ def test_the_same_pattern():
 
 
 def test_what_cycles_cannot_show_is_said():
-    """A warning for materials; and automatic spheres contain the disk."""
+    """A warning for what is missing or scatters; and automatic spheres contain the disk."""
     scene = disk_schwarzschild.hole_with_disk(0.0, 1.0, outer=40.0)
     hole = next(obj for obj in scene.objects if obj.bentlight.kind == "BLACK_HOLE")
     from blender_addon.cycles import disk, setup
@@ -76,3 +115,29 @@ def test_what_cycles_cannot_show_is_said():
     assert hole.bentlight.lens_radius > 39
     hole.bentlight.disk.emission = "MATERIAL"
     assert "not seen" in disk.warnings(hole)[0]
+    hole.bentlight.disk.material = material = layered_material()
+    assert disk.warnings(hole) == []
+    material.node_tree.nodes.new("ShaderNodeBsdfDiffuse")
+    assert "Diffuse BSDF" in disk.warnings(hole)[0]
+
+
+def test_a_disks_own_material_comes_and_goes():
+    """Its copy follows what is changed in it, and nothing is left behind."""
+    scene = disk_schwarzschild.hole_with_disk(0.0, 1.0, outer=10.0)
+    hole = next(obj for obj in scene.objects if obj.bentlight.kind == "BLACK_HOLE")
+    hole.bentlight.disk.emission, hole.bentlight.disk.material = "MATERIAL", layered_material()
+    before = len(bpy.data.node_groups)
+    bpy.ops.bentlight.cycles_setup()
+    (group,) = [tree for tree in bpy.data.node_groups if tree.name.startswith("Bentlight Lens")]
+    emission = next(n for n in hole.bentlight.disk.material.node_tree.nodes if n.bl_idname == "ShaderNodeEmission")
+    emission.inputs["Strength"].default_value = 7.0
+    bpy.context.view_layer.update()
+    (group,) = [tree for tree in bpy.data.node_groups if tree.name.startswith("Bentlight Lens")]
+    assert next(n for n in group.nodes if n.bl_idname == "ShaderNodeEmission").inputs["Strength"].default_value == 7.0
+    hole.bentlight.disk.emission = "PAGE_THORNE"
+    bpy.context.view_layer.update()
+    assert len(bpy.data.node_groups) == before
+    hole.bentlight.disk.emission = "MATERIAL"
+    bpy.context.view_layer.update()
+    bpy.ops.bentlight.cycles_clear()
+    assert len(bpy.data.node_groups) == before
