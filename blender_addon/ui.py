@@ -357,14 +357,4 @@ _CLASSES = (
     BENTLIGHT_PT_disk,
 )
 
-
-def register() -> None:
-    """Adds the panels."""
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """Removes them."""
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(_CLASSES)

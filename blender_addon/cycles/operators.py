@@ -45,14 +45,4 @@ class BENTLIGHT_OT_cycles_clear(bpy.types.Operator):
 
 _CLASSES = (BENTLIGHT_OT_cycles_setup, BENTLIGHT_OT_cycles_clear)
 
-
-def register() -> None:
-    """Adds the operators."""
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """Removes them."""
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(_CLASSES)
