@@ -8,7 +8,7 @@ import bpy
 from .compatibility import ENGINE
 from .cycles import radius, setup
 from .report import RenderError
-from .sync import spacetime
+from .sync import left_out, spacetime
 
 
 class _Panel:
@@ -333,8 +333,9 @@ def describe_influence(obj: bpy.types.Object, view_layer: bpy.types.ViewLayer, l
         if item.name == obj.name:
             if used == float("inf"):
                 return "Not set up for Cycles" if lenses else "Bends light everywhere, exactly"
-            missing = spacetime.missing_bending(item, used)
-            return f"Bends light within {used:.4g}; leaves out up to {missing:.2g} rad"
+            missing = left_out.missing_bending(item, used)
+            most = f"up to {missing:.2g} rad" if missing < float("inf") else "rays that would fall in"
+            return f"Bends light within {used:.4g}; leaves out {most}"
     return "Not rendered"
 
 

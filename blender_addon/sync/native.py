@@ -113,13 +113,14 @@ def _set_spacetimes(scene: bentlight_native.Scene, items: list[SpacetimeData], c
     index = {item.name: i for i, item in enumerate(items)}
     scene.set_spacetime_objects(
         [
-            (_native_spacetime(item), item.world_from_spacetime, radius, index[item.exit] if item.exit else -1)
+            (native_spacetime(item), item.world_from_spacetime, radius, index[item.exit] if item.exit else -1)
             for item, radius in zip(items, spacetime.influence_radii(items), strict=True)
         ]
     )
 
 
-def _native_spacetime(item: SpacetimeData) -> bentlight_native.Spacetime:
+def native_spacetime(item: SpacetimeData) -> bentlight_native.Spacetime:
+    """One hole or mouth in its own units."""
     if item.kind == "WORMHOLE":
         return bentlight_native.Spacetime.ellis(item.throat_radius)
     if item.chart == "ISOTROPIC":

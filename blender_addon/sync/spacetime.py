@@ -145,12 +145,3 @@ def _too_close(item: SpacetimeData, items: list[SpacetimeData]) -> str:
     others = [other for other in items if other is not item]
     nearest = min(others, key=lambda other: float(np.linalg.norm(other.origin - item.origin)))
     return f"{_title(item)} and '{nearest.name}' overlap: move them apart"
-
-
-def missing_bending(item: SpacetimeData, radius: float) -> float:
-    """The largest bending, in radians, that ending space's curvature at world radius `radius` leaves out.
-
-    That of a ray that grazes the sphere: 4M/R for a black hole (weak field), pi/4 (throat/R)^2 for a wormhole.
-    """
-    own = radius / item.scale
-    return 4 * item.mass / own if item.kind == "BLACK_HOLE" else math.pi / 4 * (item.throat_radius / own) ** 2

@@ -1,5 +1,6 @@
 """Registering leaves no trace when it is undone; properties, operators and panels are what scripts rely on."""
 
+import math
 import subprocess
 import sys
 from pathlib import Path
@@ -142,6 +143,12 @@ def test_choosing_an_exit_makes_it_a_mouth():
     assert b.bentlight.throat_radius == pytest.approx(0.7)
 
 
+def deflection(b: float) -> float:
+    """In radians, of light that passes a hole without spin at the impact parameter b, in masses: Keeton and Petters,
+    Physical Review D 72, 104006 (2005), up to terms of the fifth order."""
+    return 4 / b + 15 * math.pi / 4 / b**2 + 128 / 3 / b**3 + 3465 * math.pi / 64 / b**4
+
+
 def test_the_panel_tells_how_far_light_is_bent():
     bpy.ops.bentlight.black_hole_add(mass=0.1, location=(0, 0, 0))
     first = bpy.context.object
@@ -149,7 +156,9 @@ def test_the_panel_tells_how_far_light_is_bent():
     assert ui.describe_influence(first, layer) == "Bends light everywhere, exactly"
     bpy.ops.bentlight.black_hole_add(mass=0.2, location=(8, 0, 0))
     text = ui.describe_influence(first, layer)
-    assert text == "Bends light within 4; leaves out up to 0.1 rad"
-    assert "0.2 rad" in ui.describe_influence(bpy.context.object, layer)
+    assert text == f"Bends light within 4; leaves out up to {deflection(40):.2g} rad"
+    assert f"{deflection(20):.2g} rad" in ui.describe_influence(bpy.context.object, layer)
+    bpy.context.object.bentlight.sphere_radius = 0.3  # within the photon sphere
+    assert "leaves out rays that would fall in" in ui.describe_influence(bpy.context.object, layer)
     bpy.context.object.hide_render = True
     assert ui.describe_influence(bpy.context.object, layer) == "Not rendered"

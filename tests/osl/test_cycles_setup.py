@@ -295,7 +295,7 @@ def test_panels_tell_what_a_lens_leaves_out(scene):
     hole = add_hole()
     assert ui.describe_influence(hole, bpy.context.view_layer) == "Bends light everywhere, exactly"
     assert ui.describe_influence(hole, bpy.context.view_layer, lenses=True) == "Not set up for Cycles"
-    for own, left_out in ((4, "0.1"), (8, "0.05")):
+    for own, left_out in ((4, "0.11"), (8, "0.052")):
         hole.bentlight.lens_radius = own
         text = ui.describe_influence(hole, bpy.context.view_layer, lenses=True)
         assert text == f"Bends light within {own}; leaves out up to {left_out} rad"
