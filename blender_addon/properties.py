@@ -67,6 +67,16 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
         max=16,
         default=4,
     )
+    relay_slices: IntProperty(
+        name="Shutter Slices",
+        description=(
+            "Relay camera in Cycles, with motion blur: the time that the shutter is open is cut into this many "
+            "slices, with curved rays for each. All of them together have at least as many rays as a still picture"
+        ),
+        min=2,
+        max=64,
+        default=8,
+    )
     photon_ring_samples: IntProperty(
         name="Photon Ring Samples",
         description=(
@@ -385,6 +395,18 @@ class BentlightObjectSettings(bpy.types.PropertyGroup):
     is_lens: BoolProperty(
         name="Is Lens",
         description="Made by Use in Cycles. Bentlight itself does not render it",
+        default=False,
+        options={"HIDDEN"},
+    )
+    relay_switched_osl: BoolProperty(
+        name="Switched OSL On",
+        description="The relay camera has switched Open Shading Language on, for motion blur",
+        default=False,
+        options={"HIDDEN"},
+    )
+    is_screen: BoolProperty(
+        name="Is Screen",
+        description="Made for a relay camera while motion blur is on. Bentlight itself does not render it",
         default=False,
         options={"HIDDEN"},
     )

@@ -29,24 +29,10 @@ def build(hole: bpy.types.Object) -> bpy.types.Object:
     lens.parent = hole
     lens.display_type = "WIRE"
     lens.hide_select = True
-    lens.data.materials.append(_material(lens.name))
+    lens.data.materials.append(shaders.new_material(lens.name, "lens", disk_material.SOCKETS))
     for collection in hole.users_collection:
         collection.objects.link(lens)
     return lens
-
-
-def _material(name: str) -> bpy.types.Material:
-    material = bpy.data.materials.new(name)
-    if bpy.app.version < (5, 0, 0):  # where they are optional
-        material.use_nodes = True
-    material.cycles.emission_sampling = "NONE"  # a disk is found by rays that lenses bend
-    tree = material.node_tree
-    tree.nodes.clear()
-    node, output = tree.nodes.new("ShaderNodeScript"), tree.nodes.new("ShaderNodeOutputMaterial")
-    node.location = (-300, 0)
-    shaders.fill_node(node, shaders.compiled("lens"), {}, disk_material.SOCKETS)
-    tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
-    return material
 
 
 def _sphere() -> bpy.types.Mesh:
@@ -62,13 +48,9 @@ def _sphere() -> bpy.types.Mesh:
 
 def remove(lens: bpy.types.Object) -> None:
     """With its mesh and its material."""
-    mesh, materials = lens.data, list(lens.data.materials)
-    bpy.data.objects.remove(lens)
-    bpy.data.meshes.remove(mesh)
-    for material in materials:
-        if material:
-            disk_material.clear(material)
-            bpy.data.materials.remove(material)
+    for material in filter(None, lens.data.materials):
+        disk_material.clear(material)
+    shaders.remove(lens)
 
 
 def remove_orphans(scene: bpy.types.Scene) -> None:
@@ -90,11 +72,8 @@ def update(
         lens.matrix_parent_inverse.identity()
     if lens.matrix_basis != scale:
         lens.matrix_basis = scale
-    nodes = lens.data.materials[0].node_tree.nodes
-    node = next(node for node in nodes if node.bl_idname == "ShaderNodeScript")
-    shaders.fill_node(
-        node, shaders.compiled("lens"), _inputs(item, radius, far, _reach(lens.data), disk), disk_material.SOCKETS
-    )
+    inputs = _inputs(item, radius, far, _reach(lens.data), disk)
+    shaders.fill(lens.data.materials[0], "lens", inputs, disk_material.SOCKETS)
 
 
 def _reach(mesh: bpy.types.Mesh) -> float:

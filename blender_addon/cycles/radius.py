@@ -41,7 +41,9 @@ def distances(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, origin: ma
         found[""] = (scene.camera.evaluated_get(depsgraph).matrix_world.translation - origin).length
     for instance in depsgraph.object_instances:
         obj = instance.object
-        if obj.type != "MESH" or obj.bentlight.is_lens or obj.hide_render or not obj.data.polygons:
+        if obj.type != "MESH" or obj.hide_render or not obj.data.polygons:
+            continue
+        if obj.bentlight.is_lens or obj.bentlight.is_screen:
             continue
         matrix = instance.matrix_world
         if abs(matrix.determinant()) < 1e-30:

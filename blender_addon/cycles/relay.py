@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import hashlib
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
 
-import bentlight_native
 import bpy
+import mathutils
 import numpy as np
 
 from ..report import RenderError, Reporter
 from ..sync.camera import read_camera
 from ..sync.native import build_scene
 from ..sync.objects import read_scene
-from ..sync.scene_data import CameraData, SceneData
-from . import files, relay_maps, shaders
+from ..sync.scene_data import CameraData, MeshData, SceneData
+from . import files, relay_maps, screen, shaders, shutter
 from .aperture import Aperture
+from .motion import Slice, camera_change, swept
 
 SHADER = "relay_camera"
-_CLIP = 1e-6, 1e6  # of the relay camera: the last leg is as short as can be
+_CLIP_END = 1e6  # of the relay camera
 _baked: dict[str, tuple[str, relay_maps.RelayMaps]] = {}  # by the relay camera's name: fingerprint and maps
 
 
@@ -35,12 +39,12 @@ def setup(scene: bpy.types.Scene) -> bpy.types.Object:
         raise RenderError("No camera: the scene needs an active camera")
     lens = bpy.data.cameras.new(f"{source.name} Relay")
     relay = bpy.data.objects.new(lens.name, lens)
-    relay.parent = source
+    relay.constraints.new("COPY_TRANSFORMS").target = source
     relay.bentlight.relay_source = source
     relay.hide_select = True
     (source.users_collection or (scene.collection,))[0].objects.link(relay)
     lens.type = "CUSTOM"
-    lens.clip_start, lens.clip_end = _CLIP
+    lens.clip_end = _CLIP_END
     scene.camera = relay
     return relay
 
@@ -54,10 +58,21 @@ def clear(scene: bpy.types.Scene) -> bool:
     scene.camera = source
     _show_lenses(scene, True)
     _forget(relay.name)
+    screen.hide(relay)
+    if relay.bentlight.relay_switched_osl and not scene.bentlight.cycles_before:
+        scene.cycles.shading_system = False
     lens = relay.data
     bpy.data.objects.remove(relay)
     bpy.data.cameras.remove(lens)
     return True
+
+
+@dataclass
+class _Moment:
+    """What the maps of one slice of the shutter's time are made of."""
+
+    data: SceneData
+    aperture: Aperture | None
 
 
 def update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> relay_maps.RelayMaps | None:
@@ -67,45 +82,92 @@ def update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> relay_maps
     if source is None:
         return None
     _show_lenses(scene, False)
-    evaluated = source.evaluated_get(depsgraph)
-    camera = read_camera(evaluated, scene.render, np.array(evaluated.matrix_world), evaluated.data.shift_x)
-    data = read_scene(depsgraph, camera, Reporter(lambda level, text: None))
-    data.instances = [instance for instance in data.instances if not instance.is_disk]  # Cycles has no mesh of it
+    seen: list[_Moment] = []
+    for _ in shutter.moments(scene):
+        seen.append(_read(scene, depsgraph, source, seen[-1] if seen else None))
     settings = relay_maps.RelaySettings(
-        parts=scene.bentlight.relay_parts,
-        tolerance=_tolerance(data),
+        parts=math.ceil(scene.bentlight.relay_parts / math.sqrt(len(seen))),
+        tolerance=_tolerance(seen[0].data),
         angular_tolerance=scene.bentlight.tolerance / 10,
         threads=scene.render.threads,
     )
-    aperture = _aperture(evaluated, scene)
-    fingerprint = _fingerprint(data, settings, aperture)
+    moving = shutter.is_open(scene)
+    fingerprint = _fingerprint(seen, settings, moving)
     known, maps = _baked.get(relay.name, ("", None))
     if known != fingerprint or not all(file.exists() for file in maps.files):
         _forget(relay.name)
-        folder = files.folder("relay")
-        maps = relay_maps.bake(_build(data), camera, folder / f"{fingerprint}_", settings, aperture)
+        maps = _bake(seen, files.folder("relay") / f"{fingerprint}_", settings, moving)
         _baked[relay.name] = fingerprint, maps
-    _set_parameters(relay.data, maps)
+    _show(scene, maps, seen[len(seen) // 2].data, moving)
     return maps
 
 
-def _build(data: SceneData) -> bentlight_native.Scene:
-    """The geometry alone: what surfaces are made of is for Cycles to know."""
-    for instance in data.instances:
-        instance.materials, instance.attributes = (), {}
-    for mesh in data.meshes:
-        mesh.attributes = {}
-    return build_scene(SceneData(data.camera, data.meshes, data.instances, spacetimes=data.spacetimes))
+def _read(
+    scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, source: bpy.types.Object, before: _Moment | None
+) -> _Moment:
+    """The scene as it is: the geometry alone, what surfaces are made of is for Cycles to know. Meshes that have not
+    changed since the moment before are its own."""
+    evaluated = source.evaluated_get(depsgraph)
+    camera = read_camera(evaluated, scene.render, np.array(evaluated.matrix_world), evaluated.data.shift_x)
+    data = read_scene(depsgraph, camera, Reporter(lambda level, text: None))
+    meshes = [MeshData(mesh.vertices, mesh.triangles) for mesh in data.meshes]
+    for i, (mesh, old) in enumerate(zip(meshes, before.data.meshes if before else (), strict=False)):
+        if np.array_equal(mesh.vertices, old.vertices) and np.array_equal(mesh.triangles, old.triangles):
+            meshes[i] = old
+    instances = [
+        replace(instance, materials=(), attributes={})
+        for instance in data.instances
+        if not instance.is_disk  # Cycles has no mesh of it
+    ]
+    return _Moment(SceneData(camera, meshes, instances, spacetimes=data.spacetimes), _aperture(evaluated, scene))
 
 
-def _set_parameters(lens: bpy.types.Camera, maps: relay_maps.RelayMaps) -> None:
+def _bake(seen: list[_Moment], prefix: Path, settings: relay_maps.RelaySettings, moving: bool) -> relay_maps.RelayMaps:
+    """The maps of all slices, one after the other."""
+    if not moving:
+        (only,) = seen
+        return relay_maps.bake(build_scene(only.data), only.data.camera, prefix, settings, only.aperture)
+    moments, maps = [moment.data for moment in seen], None
+    for number, moment in enumerate(seen):
+        data, travel = swept(moments, number)
+        change = camera_change([each.camera for each in moments], number)
+        part = Slice(number, len(seen), change, travel)
+        made = relay_maps.bake(build_scene(data), data.camera, prefix, settings, moment.aperture, part)
+        if maps is None:
+            maps = made
+        else:
+            maps.add(made)
+    return maps
+
+
+def _show(scene: bpy.types.Scene, maps: relay_maps.RelayMaps, data: SceneData, moving: bool) -> None:
+    """Gives Cycles the maps: by the camera alone, or by the screen before one that stands still."""
+    relay = scene.camera
     shader = shaders.compiled(SHADER)
+    lens = relay.data
     if lens.custom_bytecode_hash != shader.key:
         lens.custom_mode = "INTERNAL"
         lens.custom_bytecode, lens.custom_bytecode_hash = shader.code, shader.key
-    for name, value in maps.parameters.items():
+    near = lens.clip_start = _typical_distance(data)
+    for name, value in (maps.parameters | {"Near": near}).items():
         lens.cycles_custom[name] = value
+    for constraint in relay.constraints:
+        constraint.mute = moving
+    if moving:
+        relay.matrix_world = mathutils.Matrix(data.camera.world_from_camera)
+        screen.show(relay, maps.parameters, near)
+        relay.bentlight.relay_switched_osl |= not scene.cycles.shading_system
+        scene.cycles.shading_system = True  # of which the screen is
+    else:
+        screen.hide(relay)
     lens.update_tag()
+
+
+def _typical_distance(data: SceneData) -> float:
+    """From the camera to things."""
+    place = data.camera.world_from_camera[:3, 3]
+    things = [item.world_from_mesh[:3, 3] for item in data.instances] + [item.origin for item in data.spacetimes]
+    return max(float(np.median([np.linalg.norm(thing - place) for thing in things] or [1.0])), 1e-3)
 
 
 def _show_lenses(scene: bpy.types.Scene, shown: bool) -> None:
@@ -118,7 +180,8 @@ def _show_lenses(scene: bpy.types.Scene, shown: bool) -> None:
 def darken(scene: bpy.types.Scene) -> None:
     """Takes the maps away from the scene's relay camera: better black than a picture of another frame."""
     _forget(scene.camera.name)
-    scene.camera.data.cycles_custom["Maps"] = ""
+    custom = scene.camera.data.cycles_custom
+    custom["Maps"], custom["Slices"] = "", 0
 
 
 def _forget(name: str) -> None:
@@ -160,16 +223,24 @@ def _aperture(camera: bpy.types.Object, scene: bpy.types.Scene) -> Aperture | No
     )
 
 
-def _fingerprint(data: SceneData, settings: relay_maps.RelaySettings, aperture: Aperture | None) -> str:
+def _fingerprint(seen: list[_Moment], settings: relay_maps.RelaySettings, moving: bool) -> str:
     """Of all that the maps depend on: no change of a material or a lamp bakes them anew."""
     digest = hashlib.blake2b(digest_size=12)
-    digest.update(repr((settings, aperture, _plain(data.camera), [_plain(item) for item in data.spacetimes])).encode())
-    for mesh in data.meshes:
-        digest.update(np.ascontiguousarray(mesh.vertices))
-        digest.update(np.ascontiguousarray(mesh.triangles))
-    for instance in data.instances:
-        digest.update(repr((instance.mesh, instance.visibility, instance.one_sided)).encode())
-        digest.update(np.ascontiguousarray(instance.world_from_mesh))
+    digest.update(repr((settings, moving)).encode())
+    hashed: dict[int, bytes] = {}  # of meshes, which moments share
+    for moment in seen:
+        data = moment.data
+        holes = [_plain(item) for item in data.spacetimes]
+        digest.update(repr((moment.aperture, _plain(data.camera), holes)).encode())
+        for mesh in data.meshes:
+            if id(mesh) not in hashed:
+                one = hashlib.blake2b(np.ascontiguousarray(mesh.vertices))
+                one.update(np.ascontiguousarray(mesh.triangles))
+                hashed[id(mesh)] = one.digest()
+            digest.update(hashed[id(mesh)])
+        for instance in data.instances:
+            digest.update(repr((instance.mesh, instance.visibility, instance.one_sided)).encode())
+            digest.update(np.ascontiguousarray(instance.world_from_mesh))
     return digest.hexdigest()
 
 

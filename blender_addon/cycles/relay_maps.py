@@ -1,9 +1,8 @@
 """The maps of the relay camera: where the last straight leg of each curved camera ray starts. No bpy here.
 
 Every part of every pixel gets one ray, which the core traces through the scene to the surface that it meets or to
-infinity. What osl/relay_camera.osl reads is where that ray's last leg starts (`place`) and its `direction`, both in the
-camera's space as Cycles has it: x right, y up, z forward. The files are described there. Memory is bounded: bands of
-pixel rows are traced and written one by one.
+infinity. What osl/relay_maps.h reads is where that ray's last leg starts (`place`) and its `direction`. The files are
+described there. Memory is bounded: bands of pixel rows are traced and written one by one.
 """
 
 from __future__ import annotations
@@ -20,6 +19,7 @@ from bentlight_native import FATES, write_exr
 
 from ..sync.scene_data import CameraData, Visibility
 from .aperture import Aperture
+from .motion import Slice
 
 ESCAPED, HIT = FATES.index("escaped"), FATES.index("hit")
 _MARGIN = 4  # pixels around the image: a pixel filter reaches beyond it
@@ -33,6 +33,9 @@ _COMPRESSION = 0.1
 # has 6e-8 of it): Cycles must neither miss the surface nor meet another one first.
 _LEG_OF_LENGTH, _LEG_OF_COORDINATES = 1e-4, 4e-6
 _FAR = 1e4  # sizes of the scene, at which a leg to infinity starts
+_SHIFTS = np.array([0.7548777, 0.5698403])  # of the parts of slices, from one to the next (osl/relay_maps.h)
+_MOMENTS = np.array([math.sqrt(2), math.sqrt(3)])  # of parts in a slice: independent of all other lattices
+_APART = 1_000_003  # parts, between the lattices of neighboring slices
 
 
 @dataclass(frozen=True)
@@ -50,12 +53,19 @@ class RelaySettings:
 class RelayMaps:
     """Maps on disk. `parameters` are those of the shader."""
 
-    parameters: dict[str, int | str]
+    parameters: dict[str, int | float | str]
     files: list[Path] = field(default_factory=list)
     rays: int = 0
     lost: int = 0  # rays that a horizon or an end of space swallows, and unresolved ones
     fine_pixels: int = 0
     seconds: float = 0.0
+
+    def add(self, more: RelayMaps) -> None:
+        """Counts files and rays of a part of them."""
+        self.files += more.files
+        self.rays, self.lost = self.rays + more.rays, self.lost + more.lost
+        self.fine_pixels += more.fine_pixels
+        self.seconds += more.seconds
 
 
 def bake(
@@ -64,15 +74,18 @@ def bake(
     prefix: Path,
     settings: RelaySettings,
     aperture: Aperture | None = None,
+    part: Slice | None = None,
 ) -> RelayMaps:
-    """Traces and writes all maps; their paths begin with `prefix`.
+    """Traces and writes the maps of one slice of the shutter's time, or of a frame in which nothing moves: in the
+    world's axes, or in the camera's as Cycles has them (x right, y up, z forward). Their paths begin with `prefix`.
 
     `scene` is committed and has this camera.
     """
     start = time.monotonic()
-    tracer = _Tracer(scene, camera, settings, aperture)
+    tracer = _Tracer(scene, camera, settings, aperture, part)
     width, height = camera.width + 2 * _MARGIN, camera.height + 2 * _MARGIN
     band = max(1, min(height, _BAND_RAYS // (width * settings.parts**2)))
+    angle, size = _pixel(camera)
     maps = RelayMaps(
         {
             "Maps": str(prefix),
@@ -82,15 +95,15 @@ def bake(
             "Band": band,
             "Parts": settings.parts,
             "Fine": settings.parts * _FINER,
+            "Slices": part.count if part else 0,
+            "PixelAngle": angle,
+            "PixelSize": size,
         }
     )
     with ThreadPoolExecutor(settings.threads) as pool:
         waiting = [pool.submit(_write_band, tracer, prefix, i, band) for i in range(math.ceil(height / band))]
         for done in as_completed(waiting):
-            written = done.result()
-            maps.files += written.files
-            maps.rays, maps.lost = maps.rays + written.rays, maps.lost + written.lost
-            maps.fine_pixels += written.fine_pixels
+            maps.add(done.result())
     maps.seconds = time.monotonic() - start
     return maps
 
@@ -101,9 +114,17 @@ def remove(files: list[Path]) -> None:
         file.unlink(missing_ok=True)
 
 
+def _pixel(camera: CameraData) -> tuple[float, float]:
+    """How far neighboring pixels look apart: about so many radians, and scene units."""
+    span = (camera.window[1] - camera.window[0]) / camera.width
+    if camera.kind == "ORTHOGRAPHIC":
+        return 0.0, span
+    return (span if camera.kind == "PERSPECTIVE" else 2 * math.pi * span), 0.0
+
+
 @dataclass
 class _Legs:
-    """Last legs in camera space: (n, 3) float32 each; a lost ray's direction is 0."""
+    """Last legs: (n, 3) float32 each; a lost ray's direction is 0."""
 
     place: np.ndarray
     direction: np.ndarray
@@ -125,21 +146,28 @@ class _Tracer:
         camera: CameraData,
         settings: RelaySettings,
         aperture: Aperture | None,
+        part: Slice | None,
     ) -> None:
         self.camera, self.settings = camera, settings
-        self._scene, self._aperture = scene, aperture
-        self._camera_from_world = np.diag([1.0, 1.0, -1.0, 1.0]) @ np.linalg.inv(camera.world_from_camera)
+        self.number = part.number if part else 0
+        self._scene, self._aperture, self._slice = scene, aperture, part
+        camera_from_world = np.linalg.inv(camera.world_from_camera)
+        self._axes = np.eye(4) if part else np.diag([1.0, 1.0, -1.0, 1.0]) @ camera_from_world
+        self._drift = part.change @ camera_from_world if part else None  # of the world's points with the camera
+        self._shift = (np.mod(self.number * _SHIFTS + 0.5, 1.0) - 0.5) / settings.parts
 
     def trace(self, points: np.ndarray, parts: int) -> tuple[_Legs, np.ndarray, np.ndarray]:
         """Legs of rays through `points` (n, 2), and the directions, world, in which they start and end."""
-        size = self.camera.width, self.camera.height
-        rays = self._scene.camera_rays(points / size)
+        number = np.floor(points * parts).astype(np.int64) + self.number * _APART
+        rays = self._scene.camera_rays((points + self._shift) / (self.camera.width, self.camera.height))
         origins, directions = rays.origins, rays.directions
         exists = np.isfinite(directions[:, 0])
         origins, directions = np.where(exists[:, None], origins, 0.0), np.where(exists[:, None], directions, (0, 0, 1))
         if self._aperture is not None:
-            lens = self._aperture.sample(np.floor(points * parts).astype(np.int64))
+            lens = self._aperture.sample(number)
             origins, directions = self._aperture.refract(self.camera.world_from_camera, origins, directions, lens)
+        if self._slice is not None:
+            origins, directions = self._moved(origins, directions, number)
         hits = self._scene.intersect(
             origins,
             directions,
@@ -151,23 +179,35 @@ class _Tracer:
         )
         return self._legs(hits, exists), directions, hits["direction"]
 
+    def _moved(self, origins: np.ndarray, directions: np.ndarray, number: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Each part of the image looks from where the camera is in a moment of the slice of its own."""
+        moment = np.mod(number @ _MOMENTS, 1.0)[:, None] - 0.5
+        turn, way = self._drift[:3, :3], self._drift[:3, 3]
+        turned = directions + moment * (directions @ turn.T)
+        return (
+            origins + moment * (origins @ turn.T + way),
+            turned / np.linalg.norm(turned, axis=1, keepdims=True),
+        )
+
     def _legs(self, hits: dict[str, np.ndarray], exists: np.ndarray) -> _Legs:
         fate, end, direction = hits["fate"], hits["position"], hits["direction"]
         escaped = exists & (fate == ESCAPED) & (hits["sky"] < 0)
         hit = exists & (fate == HIT)
         before = _LEG_OF_LENGTH * hits["length"] + _LEG_OF_COORDINATES * np.abs(end).max(axis=1)
+        if self._slice is not None:
+            travel = self._slice.travel[np.where(hit, hits["instance"], 0)] if len(self._slice.travel) else 0.0
+            before = np.minimum(before + travel, hits["length"])
         end = np.where(hit[:, None], end - before[:, None] * direction, _FAR * direction * self.camera.clip_end)
         seen = (hit | escaped)[:, None]
-        matrix = self._camera_from_world
-        place = np.where(seen, end @ matrix[:3, :3].T + matrix[:3, 3], 0.0)
-        toward = np.where(seen, direction @ matrix[:3, :3].T, 0.0)
+        place = np.where(seen, end @ self._axes[:3, :3].T + self._axes[:3, 3], 0.0)
+        toward = np.where(seen, direction @ self._axes[:3, :3].T, 0.0)
         return _Legs(place.astype(np.float32), toward.astype(np.float32))
 
 
 def _write_band(tracer: _Tracer, prefix: Path, number: int, band: int) -> RelayMaps:
     """The files of one band of pixel rows; the last band may reach beyond the margin."""
     parts, width = tracer.settings.parts, tracer.camera.width + 2 * _MARGIN
-    stem = f"{prefix}{number:04}_"
+    stem = f"{prefix}{tracer.number:02}_{number:04}_"
     rows, columns = _centers(number * band, band, parts), _centers(0, width, parts)
     points = np.stack(np.meshgrid(columns, rows), axis=-1) - _MARGIN
     legs, start, end = tracer.trace(points.reshape(-1, 2), parts)

@@ -86,6 +86,9 @@ class BENTLIGHT_PT_relay(bpy.types.Panel):
         if relay.source_of(context.scene.camera):
             column.label(text=f"Curved rays of '{relay.source_of(context.scene.camera).name}'", icon="INFO")
             column.prop(context.scene.bentlight, "relay_parts")
+            slices = column.row()
+            slices.active = context.scene.render.use_motion_blur
+            slices.prop(context.scene.bentlight, "relay_slices")
             column.operator(BENTLIGHT_OT_relay_clear.bl_idname)
         else:
             column.operator(BENTLIGHT_OT_relay_setup.bl_idname)

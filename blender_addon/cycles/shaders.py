@@ -59,6 +59,38 @@ def compiled(name: str) -> Shader:
 Socket = tuple[str, object]  # type and value
 
 
+def new_material(name: str, shader: str, outputs: dict[str, str] | None = None) -> bpy.types.Material:
+    """A material that is the shader osl/<shader>.osl; `outputs` as in fill_node."""
+    material = bpy.data.materials.new(name)
+    if bpy.app.version < (5, 0, 0):  # where they are optional
+        material.use_nodes = True
+    material.cycles.emission_sampling = "NONE"  # a disk is found by rays that lenses bend
+    tree = material.node_tree
+    tree.nodes.clear()
+    node, output = tree.nodes.new("ShaderNodeScript"), tree.nodes.new("ShaderNodeOutputMaterial")
+    node.location = (-300, 0)
+    fill(material, shader, {}, outputs)
+    tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
+    return material
+
+
+def fill(
+    material: bpy.types.Material, shader: str, inputs: dict[str, Socket], outputs: dict[str, str] | None = None
+) -> None:
+    """Gives a material of new_material its parameters, and the shader if it has another version."""
+    node = next(node for node in material.node_tree.nodes if node.bl_idname == "ShaderNodeScript")
+    fill_node(node, compiled(shader), inputs, outputs)
+
+
+def remove(obj: bpy.types.Object) -> None:
+    """An object with its mesh and its materials."""
+    mesh, materials = obj.data, list(obj.data.materials)
+    bpy.data.objects.remove(obj)
+    bpy.data.meshes.remove(mesh)
+    for material in filter(None, materials):
+        bpy.data.materials.remove(material)
+
+
 def fill_node(
     node: bpy.types.ShaderNodeScript, shader: Shader, inputs: dict[str, Socket], outputs: dict[str, str] | None = None
 ) -> None:

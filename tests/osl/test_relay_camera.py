@@ -124,6 +124,32 @@ def test_depth_of_field_is_that_of_cycles(tmp_path):
     assert z.size > 8 and np.mean(z**2) < 1.8
 
 
+@pytest.mark.parametrize("blurred", [False, True], ids=["still", "blurred"])
+def test_bumps_are_those_of_cycles(blurred, tmp_path):
+    """Heights are compared a pixel apart: rays know how far their neighbors are."""
+    scene = cycles(16)
+    stage.set_world((0, 0, 0))
+    bumpy = bpy.data.materials.new("Bumpy")
+    if bpy.app.version < (5, 0, 0):
+        bumpy.use_nodes = True
+    nodes, links = bumpy.node_tree.nodes, bumpy.node_tree.links
+    place, noise, bump = (nodes.new(f"ShaderNode{kind}") for kind in ("TexCoord", "TexNoise", "Bump"))
+    noise.inputs["Scale"].default_value, bump.inputs["Distance"].default_value = 2.0, 0.3
+    links.new(place.outputs["Object"], noise.inputs["Vector"])
+    links.new(noise.outputs[0], bump.inputs["Height"])
+    links.new(bump.outputs[0], nodes["Principled BSDF"].inputs["Normal"])
+    stage.add_square(5, (0, 0, -5), bumpy)
+    stage.add_light("SUN", (0, 0, 0), (0.9, 0.3, 0), energy=3)
+    stage.add_camera()
+    own = picture(tmp_path)
+    assert own.std() > 0.1, "it is bumpy"
+    scene.render.use_motion_blur = blurred
+    bpy.ops.bentlight.relay_setup()
+    difference = picture(tmp_path) - own
+    # nearest parts: up to half a part beside where Cycles looks
+    assert difference.std() < 0.1 * own.std() and abs(difference.mean()) < 0.003
+
+
 def test_places_on_the_lens_are_uniform():
     """Chi-square over equal cells of the square that is mapped, and the polygon's closed-form mean square radius."""
     part = np.stack(np.meshgrid(np.arange(200), np.arange(200)), axis=-1).reshape(-1, 2)
