@@ -103,6 +103,7 @@ def render_settings(
         filter_width=min(
             max(_FILTER_SUPPORT[user.pixel_filter] * render.filter_size, _FILTER_WIDTHS[0]), _FILTER_WIDTHS[1]
         ),
+        sky_filter=user.sky_filter / math.sqrt(samples),
         film_transparent=render.film_transparent,
         clamp_direct=user.clamp_direct,
         clamp_indirect=user.clamp_indirect,

@@ -88,6 +88,18 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
         max=64,
         default=8,
     )
+    sky_filter: FloatProperty(
+        name="Sky Filter",
+        description=(
+            "Averages images of the sky around each camera ray, over this part of the distance between a pixel's rays, "
+            "however bending stretches it: details smaller than a pixel flicker less. More samples make it narrower. "
+            "0: off"
+        ),
+        min=0.0,
+        max=1.0,
+        default=1.0,
+        subtype="FACTOR",
+    )
     time_limit: FloatProperty(
         name="Time Limit",
         description=(

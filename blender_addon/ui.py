@@ -46,6 +46,7 @@ class BENTLIGHT_PT_sampling(_Panel, bpy.types.Panel):
         least.active = settings.use_adaptive_sampling
         least.prop(settings, "adaptive_min_samples")
         column.prop(settings, "photon_ring_samples")
+        column.prop(settings, "sky_filter")
         column.prop(settings, "time_limit")
         column.prop(settings, "tolerance")
         lights = column.row()

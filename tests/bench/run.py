@@ -16,6 +16,7 @@ import bench_intersect
 import bench_lens
 import bench_lights
 import bench_room
+import bench_sky
 import bench_table
 import bench_trace
 import bentlight_native
@@ -157,6 +158,20 @@ def flicker_section(results: list[bench_flicker.Flicker]) -> str:
     return "## Flicker of an animation, over the contrast\n\n" + table(head, rows)
 
 
+def sky_section(results: list[bench_sky.SkyFlicker]) -> str:
+    """How much noise changes the light of a starry image from frame to frame."""
+    rows = [
+        [
+            "on" if each.sky_filter else "off",
+            f"{100 * each.picture:.2f} ± {100 * each.picture_error:.2f} %",
+            f"{100 * each.squares:.0f} %",
+        ]
+        for each in results
+    ]
+    head = ["sky filter", "the whole picture", "4 x 4 pixels"]
+    return "## Flicker of an image of the sky, over its light, 16 samples\n\n" + table(head, rows)
+
+
 def main() -> None:
     """Measures and writes."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -184,6 +199,8 @@ def main() -> None:
     sections.append(lights_section(bench_lights.measure_all()))
     log.info("flicker")
     sections.append(flicker_section(bench_flicker.measure()))
+    log.info("sky")
+    sections.append(sky_section(bench_sky.measure()))
 
     args.output.mkdir(parents=True, exist_ok=True)
     head = f"# Bentlight, measured\n\n{date.today()}, {processor()}, {bentlight_native.instruction_set()}.\n"

@@ -83,10 +83,18 @@ def _environment_texture(node: NodeView) -> Outputs:
     if settings.image is None:
         node.warn("no image is chosen")
         return {"Color": node.constant(_NO_IMAGE_COLOR)}
-    vector = node.input("Vector", lambda: node.coordinate("POSITION"))
     index = node.compiler.images.index_of(settings.image, node.warn)
     immediates = (index, settings.interpolation, settings.projection)
-    return {"Color": node.emit("environment", vector, immediates=immediates)}
+    return {"Color": node.emit("environment", *_directions(node), immediates=immediates)}
+
+
+def _directions(node: NodeView) -> tuple[int, int, int]:
+    """The vector of a texture of the sky, and the same beside the point along both axes."""
+    compiler, beside = node.compiler, []
+    for axis in "XY":
+        with compiler.beside((axis, node.constant(1.0))):
+            beside.append(node.input("Vector", lambda: node.coordinate("POSITION")))
+    return node.input("Vector", lambda: node.coordinate("POSITION")), *beside
 
 
 # Kinds of the Sky Texture that are computed as they are meant; the others get the same atmosphere.
@@ -111,8 +119,8 @@ def _sky_texture(node: NodeView) -> Outputs:
     atmosphere = Atmosphere(float(elevation), *air)
     images = node.compiler.images
     index = images.index_of_made((atmosphere, azimuth), lambda: Pixels(sky_image(atmosphere, azimuth), srgb=False))
-    vector = node.input("Vector", lambda: node.coordinate("POSITION"))
-    sky = node.emit("environment", vector, immediates=(index, "Linear", "EQUIRECTANGULAR"))
+    vector, *beside = _directions(node)
+    sky = node.emit("environment", vector, *beside, immediates=(index, "Linear", "EQUIRECTANGULAR"))
     if not has_disk:
         return {"Color": sky}
     planar = np.cos(elevation)

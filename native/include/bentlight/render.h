@@ -123,6 +123,12 @@ typedef struct bent_render_settings {
   double tolerance;          /* wanted angular error of each ray, radians, in (0, 0.1]; see bent_scene_render_tile */
   bent_filter_kind filter;
   double filter_width;       /* full support in pixels, in [0.01, 30]; the box is always one pixel wide */
+  /* Equirectangular images of the sky that the camera sees, directly or through transparency, are averaged around each ray,
+   * by a Gaussian of this standard deviation in pixels, in [0, 1], as bending maps them to the sky; where a pixel takes m
+   * samples for another's one, by 1 / sqrt(m) of that. 0: not at all. 1 / sqrt(samples), the distance between a pixel's
+   * samples, takes away most of the noise of details that are small beside a pixel: their light falls on many samples, in
+   * any place. It goes to 0 as more samples do without. */
+  double sky_filter;
   int film_transparent;      /* the sky seen by the camera has alpha 0 and no color in `combined` */
   double clamp_direct;       /* largest contribution (mean of RGB) of light scattered once at most; 0: off */
   double clamp_indirect;     /* the same of light scattered more often */

@@ -56,6 +56,9 @@ class RenderSettings:
     tolerance: wanted angular error of a ray, in (0, 0.1]; a tenth of a pixel's angle is used if that is smaller, and
         ten times as much after a diffuse scattering.
     filter: 'BLACKMAN_HARRIS', 'GAUSSIAN' or 'BOX' (one pixel wide); filter_width: its full support, pixels.
+    sky_filter: equirectangular images of the sky that the camera sees are averaged around each ray by a Gaussian of
+        this standard deviation, pixels, 0 to 1, as bending maps them to the sky. 1 / sqrt(samples) takes most of the
+        noise of details that are small beside a pixel; 0: not averaged.
     film_transparent: the sky that the camera sees has alpha 0 and no color in `combined`.
     clamp_direct, clamp_indirect: largest contribution (mean of RGB) of light that was scattered once at most, and of
         light that was scattered more often; 0 is off.
@@ -106,6 +109,7 @@ class RenderSettings:
     alpha_threshold: float = 0.5
     resume: bool = False
     sampling_pattern: str = "BLUE_NOISE"
+    sky_filter: float = 0.0
 
 
 class RenderStatistics(NamedTuple):

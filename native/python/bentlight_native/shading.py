@@ -94,11 +94,16 @@ class ShadingMethods:
         else:
             self._set_world(program.code, program.constants, program.table)
 
-    def sky(self, directions: ArrayLike, ray_kinds: int = 0) -> NDArray[np.float64]:
-        """Radiance (n, 3) of the sky in unit directions (n, 3), as rays of those kinds (RAY_* bits) see it."""
+    def sky(self, directions: ArrayLike, ray_kinds: int = 0, across: ArrayLike | None = None) -> NDArray[np.float64]:
+        """Radiance (n, 3) of the sky in unit directions (n, 3), as rays of those kinds (RAY_* bits) see it.
+
+        across: (n, 2, 3): equirectangular images are averaged by about a Gaussian that has these changes of the
+        direction as its standard deviation. None: they are not.
+        """
         rows = np.ascontiguousarray(directions, np.float64)
+        spreads = np.zeros((*rows.shape[:1], 2, 3)) if across is None else np.ascontiguousarray(across, np.float64)
         radiance = np.zeros_like(rows)
-        self._sky(rows, ray_kinds, radiance)
+        self._sky(rows, spreads, ray_kinds, radiance)
         return radiance
 
     def shade(

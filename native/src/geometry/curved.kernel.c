@@ -67,7 +67,7 @@ static void refill(march *m)
     set_lane_vec3(m->shift, lane, v3(0, 0, 0));
     m->length[lane] = m->hits[target].length;
     m->delta[lane] = INFINITY;
-    m->blind[lane] = m->g->radius < 0 ? -1 : 0;
+    m->blind[lane] = m->g->radius < 0 || !ray->visibility ? -1 : 0;
     m->leaving[lane] = t->leaving ? -1 : 0;
     m->busy |= 1u << lane;
   }

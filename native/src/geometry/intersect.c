@@ -54,6 +54,7 @@ static void set_out(const geometry *g, const bent_ray *ray, const lens *l, int i
   t->leg = l ? (int)(l - g->lenses) : LEG_FLAT;
   t->at = AT_ANY;
   t->left = -1;
+  if (l && !l->flat && isinf(l->radius) && !ray->visibility) t->leg = LEG_AWAY, t->left = (int)(l - g->lenses);
   t->leaving = ray->source_instance >= 0;
   t->legs = 0;
   if (t->leaving && inside) {
@@ -95,7 +96,7 @@ static view look(const geometry *g, const bent_ray *ray, const traveler *t, doub
   view v;
   v.next = next_lens(g, t->position, t->direction, t->left, &v.entry);
   const double near = fmax(ray->length_min - length, 0), far = fmin(ray->length_max - length, v.entry);
-  v.seen = far >= near && flat_ask(g, ray, t->position, t->direction, near, far, t->leaving, &v.found);
+  v.seen = ray->visibility && far >= near && flat_ask(g, ray, t->position, t->direction, near, far, t->leaving, &v.found);
   return v;
 }
 

@@ -26,7 +26,7 @@ static double cell(const shading *shading, int row, int column, vec3 first, int 
   for (int i = 0; i < SUBSAMPLES; i++)
     for (int j = 0; j < SUBSAMPLES; j++) {
       const vec3 sky = shading_sky(shading, direction_at(row + (i + 0.5) / SUBSAMPLES, column + (j + 0.5) / SUBSAMPLES),
-                                   &RAY_SCATTERED);
+                                   NULL, &RAY_SCATTERED);
       const double value = v3_average(sky);
       if (isfinite(value) && value > 0) sum += value;
       *different += sky.x != first.x || sky.y != first.y || sky.z != first.z;
@@ -46,7 +46,7 @@ static double normalize(double *sum, int count)
 bent_status sky_map_new(const shading *shading, sky_map **out, bent_error *error)
 {
   *out = NULL;
-  const vec3 first = shading_sky(shading, v3(0, 0, 1), &RAY_SCATTERED);
+  const vec3 first = shading_sky(shading, v3(0, 0, 1), NULL, &RAY_SCATTERED);
   sky_map *map = calloc(1, sizeof *map);
   double(*value)[COLUMNS] = malloc(sizeof *value * ROWS);
   if (!map || !value) {

@@ -411,18 +411,18 @@ static PyObject *render_tile(PyObject *self, PyObject *args, PyObject *keywords)
                           "filter_width", "film_transparent", "clamp_indirect", "light_sampling", "alpha_threshold",
                           "noise_threshold", "light_threshold", "clamp_direct", "portal_sampling", "resume",
                           "blur_glossy", "caustics_reflective", "caustics_refractive", "integrator",
-                          "sampling_pattern", NULL};
+                          "sampling_pattern", "sky_filter", NULL};
   bent_render_settings s = {0};
   long long tile[4], whole[WHOLE_FIELDS];
   PyObject *channels, *light_object, *progress_object;
   const char *filter, *light_sampling, *integrator, *pattern;
   if (!PyArg_ParseTupleAndKeywords(
-          args, keywords, "(LLLL)O!OOLLLLLLLLLLLLLdsdpdsddddppdppss:render_tile", names, &tile[0], &tile[1], &tile[2],
+          args, keywords, "(LLLL)O!OOLLLLLLLLLLLLLdsdpdsddddppdppssd:render_tile", names, &tile[0], &tile[1], &tile[2],
           &tile[3], &PyDict_Type, &channels, &light_object, &progress_object, &whole[0], &whole[1], &whole[2], &whole[3], &whole[4],
           &whole[5], &whole[6], &whole[7], &whole[8], &whole[9], &whole[10], &whole[11], &whole[12], &s.tolerance,
           &filter, &s.filter_width, &s.film_transparent, &s.clamp_indirect, &light_sampling, &s.alpha_threshold,
           &s.noise_threshold, &s.light_threshold, &s.clamp_direct, &s.portal_sampling, &s.resume,
-          &s.blur_glossy, &s.caustics_reflective, &s.caustics_refractive, &integrator, &pattern))
+          &s.blur_glossy, &s.caustics_reflective, &s.caustics_refractive, &integrator, &pattern, &s.sky_filter))
     return NULL;
   int ok;
   bent_progress *progress = progress_value(progress_object, &ok);

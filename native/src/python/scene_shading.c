@@ -168,26 +168,28 @@ static PyObject *shade(PyObject *self, PyObject *args)
 
 static PyObject *sky(PyObject *self, PyObject *args)
 {
-  PyObject *directions, *radiance;
+  PyObject *directions, *spreads, *radiance;
   unsigned kinds;
-  Py_ssize_t shape[2] = {-1, 3};
-  buffer held[2] = {0};
-  if (!PyArg_ParseTuple(args, "OIO", &directions, &kinds, &radiance) ||
+  Py_ssize_t shape[2] = {-1, 3}, spread_shape[3] = {-1, 2, 3};
+  buffer held[3] = {0};
+  if (!PyArg_ParseTuple(args, "OOIO", &directions, &spreads, &kinds, &radiance) ||
       buffer_get(&held[0], directions, "directions", 'd', 2, shape, BUFFER_FINITE) < 0 ||
-      buffer_get(&held[1], radiance, "radiance", 'd', 2, shape, BUFFER_WRITE) < 0) {
-    buffer_release_all(held, 2);
+      (spread_shape[0] = shape[0], buffer_get(&held[1], spreads, "across", 'd', 3, spread_shape, BUFFER_FINITE)) < 0 ||
+      buffer_get(&held[2], radiance, "radiance", 'd', 2, shape, BUFFER_WRITE) < 0) {
+    buffer_release_all(held, 3);
     return NULL;
   }
   const shading *shading = scene_value(self)->shading;
-  const double *direction = buffer_data(&held[0]);
-  double *out = buffer_data(&held[1]);
+  const double *direction = buffer_data(&held[0]), *spread = buffer_data(&held[1]);
+  double *out = buffer_data(&held[2]);
   Py_BEGIN_ALLOW_THREADS
   for (Py_ssize_t i = 0; i < shape[0]; i++) {
     const ray_history ray = {.kinds = kinds};
-    v3_to(out + 3 * i, shading_sky(shading, v3_from(direction + 3 * i), &ray));
+    const vec3 across[2] = {v3_from(spread + 6 * i), v3_from(spread + 6 * i + 3)};
+    v3_to(out + 3 * i, shading_sky(shading, v3_from(direction + 3 * i), across, &ray));
   }
   Py_END_ALLOW_THREADS
-  buffer_release_all(held, 2);
+  buffer_release_all(held, 3);
   Py_RETURN_NONE;
 }
 

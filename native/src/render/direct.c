@@ -218,7 +218,7 @@ static vec3 light_along(const bent_scene *scene, const light_sample *s, const jo
       return lamp_intensity(scene, &scene->lamps->list[s->index], v3_scale(j->arrival, -1),
                             length_if_asked(scene, s, j, from), ray);
     case LIGHT_SUN: return sun_radiance(scene, &scene->suns->list[s->index], s->target, ray);
-    case LIGHT_SKY: return shading_sky(scene->shading, s->target, ray);
+    case LIGHT_SKY: return shading_sky(scene->shading, s->target, NULL, ray);
   }
   return v3(0, 0, 0);
 }

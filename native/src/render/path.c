@@ -10,6 +10,7 @@
 #include "render/describe.h"
 #include "render/dimensions.h"
 #include "render/direct.h"
+#include "render/footprint.h"
 #include "render/portal.h"
 #include "render/subsurface.h"
 #include "render/bidirectional.h"
@@ -82,7 +83,8 @@ void tracer_init(tracer *t, const bent_scene *scene, const bent_render_settings 
   *t = (tracer){.scene = scene, .settings = s, .angle = s->tolerance,
                 .asks_scattering = shading_any_asks_scattering(scene->shading),
                 .asks_frequency = shading_any_asks_frequency(scene->shading),
-                .joins_slowly = join_is_slow(scene->geometry)};
+                .joins_slowly = join_is_slow(scene->geometry),
+                .filters_sky = s->sky_filter > 0 && shading_sky_has_levels(scene->shading)};
   measure_pixel(t);
   if (scene->camera) t->eye = mat4_point(&scene->camera->world_from_camera, v3(0, 0, 0));
   t->bidirectional = s->integrator == BENT_BIDIRECTIONAL && !bent_scene_bidirectional_obstacle(scene);
@@ -141,7 +143,8 @@ static int start(const tracer *t, const pixel_sample *wanted, path *p, bent_ray 
                             .first_lens = -1},
               .beta = {1, 1, 1}, .feature_beta = {1, 1, 1}, .alpha = 1, .least_pdf = INFINITY,
               .ray = {.kinds = RAY_CAMERA}, .pixel = pixel, .sample = wanted->sample,
-              .depth_per_length = camera.depth_per_length};
+              .depth_per_length = camera.depth_per_length, .image = {x, y},
+              .sky_filter = t->filters_sky ? s->sky_filter / sqrt(wanted->multiple) : 0};
   if (t->bidirectional) p->chain = bidirectional_start(t, x, y);
   *ray = (bent_ray){.length_min = camera.length_min, .length_max = camera.length_max,
                     .visibility = BENT_VISIBLE_CAMERA};
@@ -157,10 +160,11 @@ vec3 path_limited(const tracer *t, uint32_t bounces, vec3 contribution)
 }
 
 /* The ray escaped: sky and suns. One sky surrounds both sides of a wormhole that has no exit. */
-static void gather_sky(const tracer *t, path *p, const bent_ray *ray, const bent_hit *hit, const reach *reach,
-                       sample_record *record)
+static void gather_sky(const tracer *t, path *p, const bent_ray *ray, const bent_hit *hit, const footprint *footprint,
+                       const reach *reach, sample_record *record)
 {
-  const vec3 direction = v3_from(hit->direction), sky = shading_sky(t->scene->shading, direction, &p->ray);
+  const vec3 direction = v3_from(hit->direction);
+  const vec3 sky = shading_sky(t->scene->shading, direction, footprint->known ? footprint->across : NULL, &p->ray);
   vec3 all = sky, weighed = v3_scale(sky, direct_weight_sky(t, p, reach, direction));
   for (size_t i = 0; t->scene->suns && i < t->scene->suns->count; i++) {
     const sun *s = &t->scene->suns->list[i];
@@ -441,11 +445,11 @@ static int shade_surface(const tracer *t, batch *b, path *p, const reach *reach,
 }
 
 /* One vertex. Returns 1 if the path goes on along *ray. */
-static int shade(const tracer *t, batch *b, path *p, const reach *reach, const room *room, bent_ray *ray,
-                 const bent_hit *hit, sample_record *record)
+static int shade(const tracer *t, batch *b, path *p, const footprint *footprint, const reach *reach, const room *room,
+                 bent_ray *ray, const bent_hit *hit, sample_record *record)
 {
   if (p->ray.bounces == 0) describe_ray(p, hit, record);
-  if (hit->fate == BENT_ESCAPED || hit->fate == BENT_ESCAPED_FAR) gather_sky(t, p, ray, hit, reach, record);
+  if (hit->fate == BENT_ESCAPED || hit->fate == BENT_ESCAPED_FAR) gather_sky(t, p, ray, hit, footprint, reach, record);
   if (hit->fate != BENT_HIT || is_holdout(t, p, hit)) return 0;
   return shade_surface(t, b, p, reach, room, ray, hit, record);
 }
@@ -489,6 +493,9 @@ static bent_status shade_batch(const tracer *t, path_block *block, int first, in
     const bent_status status = direct_trace(t, block, statistics, progress, error);
     if (status) return status;
   }
+  footprint footprints[DIRECT_BATCH];
+  const bent_status measured = footprint_measure(t, count, block->paths + first, block->hits + first, footprints, progress, error);
+  if (measured) return measured;
   batch b;
   b.vertex_count[0] = b.vertex_count[1] = 0;
   b.closures = t->bidirectional ? block->light->closures : NULL;
@@ -499,7 +506,7 @@ static bent_status shade_batch(const tracer *t, path_block *block, int first, in
     statistics->unresolved += block->hits[i].fate == BENT_UNRESOLVED;
     const room room = {{block->closures + k * block->lobes, block->closures + (DIRECT_BATCH + k) * block->lobes},
                        &b.exits[k]};
-    block->goes_on[i] = (uint8_t)shade(t, &b, p, &b.reach[k], &room, &block->rays[i], &block->hits[i],
+    block->goes_on[i] = (uint8_t)shade(t, &b, p, &footprints[k], &b.reach[k], &room, &block->rays[i], &block->hits[i],
                                        &block->records[p->record]);
   }
   for (int list = 0; list < 2; list++) direct_draw(t, block, b.vertex_count[list], b.vertices[list]);

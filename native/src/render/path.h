@@ -27,6 +27,7 @@ typedef struct tracer {
   int joins_slowly;    /* see join_is_slow */
   int asks_scattering; /* some material wants to know by what kind of scattering a ray came */
   int asks_frequency;  /* and some how its frequency is shifted */
+  int filters_sky;     /* images of the sky are averaged for the camera */
 } tracer;
 
 /* The last scattering of a path, which the light that it meets is weighed by. */
@@ -50,6 +51,8 @@ typedef struct path {
   vec3 beta;         /* throughput from here to the camera */
   vec3 radiance;     /* gathered so far */
   vec3 feature_beta; /* throughput of mirrors and glass before the surface that denoising features describe */
+  double image[2]; /* the place in the picture, as camera_cast has it */
+  double sky_filter; /* of this path, pixels, as in bent_render_settings */
   double alpha, travelled, depth_per_length;
   double way; /* length of all rays before this one */
   double winding, error; /* of the camera ray: half turns and radians */
@@ -113,6 +116,7 @@ void path_block_free(path_block *block);
 /* A pixel sample to take. */
 typedef struct pixel_sample {
   uint32_t x, y, sample;
+  uint32_t multiple; /* samples that the pixel takes where others take one */
 } pixel_sample;
 
 /* The history of what a kind of lobe of a set scatters of a ray; `sharp`: by a delta lobe. */

@@ -36,6 +36,8 @@ static bent_status check(const bent_scene *scene, const bent_render_settings *s,
   if (!(s->filter_width >= 0.01 && s->filter_width <= 30))
     return bent_fail(error, BENT_ERROR_ARGUMENT, "render: filter_width must lie in [0.01, 30] pixels, got %g",
                      s->filter_width);
+  if (!(s->sky_filter >= 0 && s->sky_filter <= 1))
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "render: sky_filter must lie in [0, 1] pixels, got %g", s->sky_filter);
   if (!(s->clamp_direct >= 0 && s->clamp_indirect >= 0))
     return bent_fail(error, BENT_ERROR_ARGUMENT, "render: clamp_direct and clamp_indirect must not be negative, got %g, %g",
                      s->clamp_direct, s->clamp_indirect);
@@ -121,7 +123,7 @@ static pixel_sample take_next(const strip *strip, cursor *at)
   const size_t in_tile = strip->first + pixel;
   const pixel_sample wanted = {strip->tile[0] + (uint32_t)(in_tile % strip->tile[2]),
                                strip->tile[1] + (uint32_t)(in_tile / strip->tile[2]),
-                               at->sample * multiple + at->part};
+                               at->sample * multiple + at->part, multiple};
   if (++at->part == multiple) at->part = 0, at->index++;
   if (at->index == strip->count) at->index = 0, at->sample++;
   return wanted;

@@ -233,6 +233,16 @@ void program_free(program *program)
   memset(program, 0, sizeof *program);
 }
 
+int program_next_sky_image(const program *program, size_t *at)
+{
+  while (*at < program->code_length) {
+    const int32_t *code = program->code + *at, *immediates = code + 2 + rows[code[0]].info.operands;
+    *at += instruction_length(&rows[code[0]]);
+    if (rows[code[0]].run == op_environment && immediates[2] == 0) return immediates[0];
+  }
+  return -1;
+}
+
 void program_run(const program *program, program_context *context)
 {
   vec3 registers[PROGRAM_REGISTERS];

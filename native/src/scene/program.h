@@ -52,6 +52,9 @@ typedef struct program {
 /* Checks and copies; `image_count` images exist. Frees what `out` held before only if it succeeds. */
 bent_status program_make(program *out, const bent_program *source, int image_count, bent_error *error);
 void program_free(program *program);
+/* The image of the first equirectangular environment in the instructions from *at on, 0 at first, which is moved behind it; -1:
+ * there are no more. */
+int program_next_sky_image(const program *program, size_t *at);
 /* Runs the program; context->table and layers are set by it, and closures are added to context->set. */
 void program_run(const program *program, program_context *context);
 
@@ -173,7 +176,8 @@ void program_run(const program *program, program_context *context);
   OP(image_tiles, 2, 1, PER_POINT, image_index, table_start, tile_count, NAMES(INTERPOLATIONS), NAMES(EXTENSIONS),     \
      NAMES(SWITCH))                                                                                                    \
   OP(project, 1, 1, PURE, NAMES(PROJECTIONS)) /* vector -> image coordinates */                                        \
-  OP(environment, 2, 1, PER_POINT, image_index, NAMES(INTERPOLATIONS), NAMES(ENVIRONMENT_PROJECTIONS))                 \
+  /* vector, the same beside the point in X, in Y (of no use but in a world) */                                        \
+  OP(environment, 2, 3, PER_POINT, image_index, NAMES(INTERPOLATIONS), NAMES(ENVIRONMENT_PROJECTIONS))                 \
   OP(sun_disk, 1, 3, PURE, NONE)     /* vector, direction of the sun, half its angle -> 1 in its middle, 0 outside */    \
   OP(sphere_lamp, 1, 1, PER_POINT, NAMES(SWITCH)) /* radius -> 1 where it shines, else 0; soft */                       \
   OP(spot_cone, 1, 3, PER_POINT, NONE) /* cosine of the edge, to full strength, radius -> part of the light */          \

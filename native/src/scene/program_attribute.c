@@ -37,9 +37,13 @@ static void read_attribute(const shade_point *p, int id, vec3 *out)
 
 OPERATION(attribute) { read_attribute(context->point, immediates[0], out); }
 
-/* A pixel's extent along two axes of the triangle's plane. */
+/* A pixel's extent along two axes of the triangle's plane; of the sky, that of what images are averaged over. */
 static void pixel_axes(const shade_point *p, vec3 axes[2])
 {
+  if (p->across_sky) {
+    axes[0] = p->across_sky[0], axes[1] = p->across_sky[1];
+    return;
+  }
   const vec3 n = p->geometric_normal, a = v3(n.z - n.y, n.x - n.z, n.y - n.x), b = v3(n.z - n.y, n.x + n.z, -n.y - n.x);
   double size = p->footprint;
   if (!(size > 0)) { /* nobody looks closely */
@@ -69,6 +73,11 @@ static shade_point beside(const shade_point *p, int axis, double width)
     change[1] = v3_dot(v3_cross(normal, e1), own) / square;
   }
   q.position = v3_add(p->position, step);
+  if (p->across_sky) { /* where all coordinates are the direction */
+    q.generated = q.position;
+    q.wo = q.geometric_normal = q.normal = v3_scale(q.position, -1);
+    return q;
+  }
   for (int i = 0; i < 2; i++) {
     q.barycentric[i] += change[i];
     if (p->corner_uvs)

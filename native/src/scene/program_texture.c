@@ -3,6 +3,7 @@
 
 #include "scene/fresnel.h"
 #include "scene/program.h"
+#include "scene/sky_levels.h"
 
 /* Vector, two colors, scale. Nudged off the integers, where rounding would decide, by the same amounts as Cycles. */
 OPERATION(checker)
@@ -67,21 +68,28 @@ OPERATION(project)
                                           : v3(around, length > 0 ? 1 - acos(saturate((c.z / length + 1) / 2) * 2 - 1) / M_PI : 0, 0);
 }
 
-/* Direction to equirectangular or mirror-ball coordinates, in Blender's orientation: the middle of an equirectangular image
- * lies along +x, its left and right edges along -x, up is +z. */
+/* Direction, and the same as far beside the point as its sky is looked at at once; to equirectangular (sky_levels.h) or
+ * mirror-ball coordinates, in Blender's orientation. */
 OPERATION(environment)
 {
-  vec3 d = v3_normalize(*in[0]);
+  const image *image = &context->images[immediates[0]];
+  const interpolation interpolation = immediates[1];
+  const vec3 d = v3_normalize(*in[0]);
   double u, v;
+  if (immediates[2] == 0 && context->point->across_sky) {
+    const double scale = 1 / v3_length(*in[0]);
+    const vec3 across[2] = {v3_scale(v3_sub(*in[1], *in[0]), scale), v3_scale(v3_sub(*in[2], *in[0]), scale)};
+    store(sky_lookup(image, d, across, interpolation), out);
+    return;
+  }
   if (immediates[2] == 0) {
-    u = 0.5 - atan2(d.y, d.x) / (2 * M_PI);
-    v = atan2(d.z, v2_length(d.x, d.y)) / M_PI + 0.5;
+    sky_place(d, &u, &v);
   } else {
     const double scale = 2 * sqrt(fmax(-0.5 * (d.y - 1), 0));
     u = 0.5 * ((scale > 0 ? d.x / scale : d.x) + 1);
     v = 0.5 * ((scale > 0 ? d.z / scale : d.z) + 1);
   }
-  store(image_lookup(&context->images[immediates[0]], u, v, (interpolation)immediates[1], EXTEND_REPEAT, 0), out);
+  store(image_lookup(image, u, v, interpolation, EXTEND_REPEAT, 0), out);
 }
 
 /* Darkened towards the limb as 1 - 0.6 (1 - cos) (a common fit for visible light). */

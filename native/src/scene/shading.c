@@ -8,6 +8,7 @@
 #include "scene/microfacet_energy.h"
 #include "scene/program.h"
 #include "scene/scene.h"
+#include "scene/sky_levels.h"
 
 struct shading {
   int image_count, material_count;
@@ -59,7 +60,9 @@ bent_status bent_scene_update_image(bent_scene *scene, int index, const bent_ima
   if (index < 0 || index >= s->image_count)
     return bent_fail(error, BENT_ERROR_ARGUMENT, "update_image: no image %d", index);
   scene_edited(scene);
-  return image_make(&s->images[index], source, error);
+  const int is_sky = s->images[index].levels != NULL;
+  const bent_status status = image_make(&s->images[index], source, error);
+  return status || !is_sky ? status : sky_levels_new(&s->images[index], &s->images[index].levels, error);
 }
 
 bent_status bent_scene_add_material(bent_scene *scene, const bent_program *source, int *index, bent_error *error)
@@ -90,8 +93,13 @@ bent_status bent_scene_set_world(bent_scene *scene, const bent_program *source, 
     s->has_world = 0;
     return BENT_OK;
   }
-  const bent_status status = program_make(&s->world, source, s->image_count, error);
+  bent_status status = program_make(&s->world, source, s->image_count, error);
   if (!status) s->has_world = 1;
+  for (size_t at = 0; !status;) {
+    const int index = program_next_sky_image(&s->world, &at);
+    if (index < 0) break;
+    if (!s->images[index].levels) status = sky_levels_new(&s->images[index], &s->images[index].levels, error);
+  }
   return status;
 }
 
@@ -139,16 +147,22 @@ const vec3 *shading_even_emission(const shading *shading, int material)
   return program->emits_evenly ? &program->emission : NULL;
 }
 
-vec3 shading_sky(const shading *shading, vec3 direction, const ray_history *ray)
+vec3 shading_sky(const shading *shading, vec3 direction, const vec3 across[2], const ray_history *ray)
 {
   if (!shading->has_world) return v3(0, 0, 0);
   const vec3 back = v3_scale(direction, -1);
   shade_point point = {.position = direction, .generated = direction, .wo = back, .geometric_normal = back,
-                       .normal = back, .ray_length = SKY_LENGTH, .ray = *ray};
+                       .normal = back, .ray_length = SKY_LENGTH, .across_sky = across, .ray = *ray};
   point.ray.bounces++; /* Cycles counts the sky as one further */
   closure_set set = {.closures = NULL};
   run(shading, &shading->world, &point, &set, 1);
   return set.emission;
+}
+
+int shading_sky_has_levels(const shading *shading)
+{
+  size_t at = 0;
+  return shading->has_world && program_next_sky_image(&shading->world, &at) >= 0;
 }
 
 int shading_may_be_transparent(const shading *shading, int material)

@@ -67,6 +67,7 @@ typedef struct shade_point {
   vec3 edges[2];         /* of the triangle, from its first corner to the others, in the object's axes */
   const float (*corner_uvs)[2], *corner_generated[3]; /* of the triangle; NULL: none */
   double footprint;      /* about the size of a pixel here, world units; 0: not known */
+  const vec3 *across_sky; /* of the sky: see shading_sky; NULL: a single direction */
   ray_history ray;       /* that looks */
   int no_reflection, no_refraction; /* of microfacets: they are left out of the material */
 } shade_point;
@@ -78,8 +79,11 @@ void shading_evaluate(const shading *shading, int material, const shade_point *p
 vec3 shading_emission(const shading *shading, int material, const shade_point *point);
 /* What a material emits everywhere and to all sides, or NULL if that depends on the point. */
 const vec3 *shading_even_emission(const shading *shading, int material);
-/* Radiance of the scene's sky in the asymptotic world direction `direction`, for a ray with this history. */
-vec3 shading_sky(const shading *shading, vec3 direction, const ray_history *ray);
+/* Radiance of the scene's sky in the asymptotic world direction `direction`, for a ray with this history. across: two vectors by
+ * which the direction changes over the part of the sky that images are averaged over (sky_levels.h); NULL: none. */
+vec3 shading_sky(const shading *shading, vec3 direction, const vec3 across[2], const ray_history *ray);
+/* Nonzero if the sky shows an image that can be averaged. */
+int shading_sky_has_levels(const shading *shading);
 /* Nonzero if the material can be seen through (transparent closures), so that the ray may pass on. */
 int shading_may_be_transparent(const shading *shading, int material);
 /* Nonzero if the material can emit light. */

@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "scene/sky_levels.h"
+
 enum { SIDE_MAX = 65536 };
 
 bent_status image_make(image *out, const bent_image *source, bent_error *error)
@@ -31,6 +33,8 @@ void image_free(image *image)
   free(image->bytes);
   image->pixels = NULL;
   image->bytes = NULL;
+  sky_levels_free(image->levels);
+  image->levels = NULL;
 }
 
 /* The texel's index along one axis, or -1 where the image is clipped. */
@@ -74,6 +78,23 @@ static footprint footprint_at(double x, size_t size, interpolation interpolation
 
 static double srgb_to_linear(double x) { return x <= 0.04045 ? (x > 0 ? x / 12.92 : 0) : pow((x + 0.055) / 1.055, 2.4); }
 
+/* Color and alpha of four numbers as the image holds them. */
+static texel decoded(const image *image, const double value[4], int straight_alpha)
+{
+  texel out = {.alpha = value[3]};
+  const double scale = straight_alpha && value[3] != 0 ? 1 / value[3] : 1;
+  for (int k = 0; k < 3; k++) out.color[k] = image->srgb ? srgb_to_linear(value[k] * scale) : value[k] * scale;
+  return out;
+}
+
+texel image_texel(const image *image, size_t x, size_t y)
+{
+  const size_t at = y * image->width + x;
+  double value[4];
+  for (int k = 0; k < 4; k++) value[k] = image->pixels ? image->pixels[at][k] : image->bytes[at][k] * (1.0 / 255);
+  return decoded(image, value, 0);
+}
+
 texel image_lookup(const image *image, double u, double v, interpolation interpolation, extension extension,
                    int straight_alpha)
 {
@@ -90,8 +111,5 @@ texel image_lookup(const image *image, double u, double v, interpolation interpo
           sum[k] += weight * (image->pixels ? image->pixels[at][k] : image->bytes[at][k] * (1.0 / 255));
       }
   }
-  texel out = {.alpha = sum[3]};
-  const double scale = straight_alpha && sum[3] != 0 ? 1 / sum[3] : 1;
-  for (int k = 0; k < 3; k++) out.color[k] = image->srgb ? srgb_to_linear(sum[k] * scale) : sum[k] * scale;
-  return out;
+  return decoded(image, sum, straight_alpha);
 }

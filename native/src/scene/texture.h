@@ -12,6 +12,7 @@ typedef struct image {
   float (*pixels)[4];
   uint8_t (*bytes)[4];
   int srgb;
+  struct sky_levels *levels; /* sky_levels.h: of an image of the sky, freed with it; NULL: none */
 } image;
 
 typedef struct texel {
@@ -20,6 +21,8 @@ typedef struct texel {
 
 bent_status image_make(image *out, const bent_image *source, bent_error *error);
 void image_free(image *image);
+/* One texel as it is, scene-linear with associated alpha. */
+texel image_texel(const image *image, size_t x, size_t y);
 /* The image at (u, v), [0, 1] over its area, v upwards. Scene-linear with associated alpha, or with straight alpha if
  * wanted. Bytes are decoded after interpolation, as Cycles does. (u, v) that are not finite give transparent black. */
 texel image_lookup(const image *image, double u, double v, interpolation interpolation, extension extension,
