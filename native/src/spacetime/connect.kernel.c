@@ -4,6 +4,9 @@
 #include "spacetime/connect_plane.h"
 #include "spacetime/connect_search.h"
 
+/* Truncation error of a step of the first trial. */
+#define ORBIT_TRUNCATION 1e-6
+
 typedef struct image {
   lanes_mask status;
   lanes launch[3], arrival[3], spread, frequency_ratio, swept, error;
@@ -17,7 +20,8 @@ LANES_INLINE image image_of(const bent_spacetime *s, const pair_plane *pair, con
   const orbit_end *a = &pair->a, *b = &pair->b;
   const lanes turn = lanes_all(order & 1 ? -1 : 1);
   const lanes swept = 2 * M_PI * ((order + 1) / 2) + turn * pair->angle;
-  const orbit_root root = search_root(ellis, a, b, swept, request->tolerance, wanted);
+  const search_precision precision = {request->tolerance, ORBIT_ORDER, ORBIT_TRUNCATION};
+  const orbit_root root = search_root(ellis, a, b, swept, precision, wanted);
   image image = {.swept = swept, .error = root.error};
   direction_of(ellis, a, pair->toward_a, turn, swept, root.size, root.rate, image.launch);
   direction_of(ellis, b, pair->toward_b, turn, swept, root.size, root.arrival_rate, image.arrival);

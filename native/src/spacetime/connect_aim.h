@@ -182,7 +182,7 @@ LANES_INLINE aim_shot aim_shoot(aim_task *t, int turns)
     lanes h = flow_expand(&hole, &shot.ray, turns, t->truncation, t->turn_truncation, &series);
     const lanes before = t->lands * (series.w[0] - t->b.w), after = t->lands * (series_at(series.w, FLOW_ORDER, h) - t->b.w);
     const lanes_mask over = lands & (before < 0) & (after >= 0);
-    if (lanes_any(over & open)) h = lanes_select(over, flow_crossing(&series, t->b.w, h), h);
+    if (lanes_any(over & open)) h = lanes_select(over, flow_crossing(&series, t->b.w, h, over & open), h);
     h = lanes_select(open, lanes_select(lands, h, lanes_min(h, left)), lanes_all(0));
     flow_advance(&hole, &series, turns, h, &shot.ray);
     shot.time += h, shot.steps += lanes_select(open, lanes_all(1), lanes_all(0));

@@ -12,6 +12,8 @@
 enum { FLOW_ORDER = 12, FLOW_TURN_ORDER = 9, FLOW_STEPS_MAX = 100, FLOW_TURNS = 2 };
 /* Rays this close to the horizon, in 1 - r_plus / r, have fallen in. */
 #define FLOW_FALLEN 1e-13
+/* A Newton step shorter than this, over the length of the arc, is the last: the next would be about its square. */
+#define FLOW_THERE 1e-9
 
 /* A hole of mass 1; spin as the traced ray sees it (arc.h). */
 typedef struct flow_hole {
@@ -118,13 +120,14 @@ typedef struct flow_series {
 
 /* Products of the series that the derivatives use again. */
 typedef struct flow_products {
-  lanes w2[FLOW_ORDER], w3[FLOW_ORDER], z2[FLOW_ORDER];
+  lanes w2[FLOW_ORDER], w3[FLOW_ORDER], z2[FLOW_ORDER], z3[FLOW_ORDER];
   lanes bend[FLOW_ORDER]; /* c1 + 2 c2 w + 3 c3 w^2: w'' changes by it, times that of w */
-  lanes turn[FLOW_ORDER]; /* n'' = -turn n + sE2 z */
+  lanes turn[FLOW_ORDER]; /* x'' = -turn x, and y; of z that is a cubic */
   lanes delta[FLOW_ORDER], rate[FLOW_ORDER]; /* w^2 Delta without its 1, and drag' */
+  lanes push[FLOW_ORDER]; /* drag' w^2 Delta changes by it, times the change of w */
 } flow_products;
 
-LANES_INLINE void flow_expand_motion(const flow_hole *hole, const flow_ray *ray, flow_series *s, flow_products *p)
+LANES_INLINE void flow_expand_motion(const flow_hole *hole, const flow_ray *ray, int turns, flow_series *s, flow_products *p)
 {
   const lanes a = hole->spin, a2 = a * a, E = ray->energy.value, L = ray->momentum.value, Q = ray->carter.value;
   const lanes sE2 = a2 * E * E, K = (L - a * E) * (L - a * E) + Q;
@@ -139,6 +142,8 @@ LANES_INLINE void flow_expand_motion(const flow_hole *hole, const flow_ray *ray,
     p->delta[k] = a2 * p->w2[k] - 2 * w[k];
     p->rate[k] = (2 * a * E * w[k] - a2 * L * p->w2[k] - series_product_tail(p->delta, p->rate, k)) * inverse;
     s->drag[k + 1] = p->rate[k] * (1.0 / (k + 1));
+    if (turns && k < FLOW_TURN_ORDER) p->push[k] = 2 * p->rate[k] - 2 * a2 * (L * w[k] + series_product(w, p->rate, k));
+    if (turns && k == 0) p->push[0] += 2 * a * E;
     if (k + 2 > FLOW_ORDER) break;
     const double q = 1.0 / ((k + 1) * (k + 2));
     p->w3[k] = series_product(p->w2, w, k);
@@ -147,8 +152,9 @@ LANES_INLINE void flow_expand_motion(const flow_hole *hole, const flow_ray *ray,
     p->z2[k] = series_square(z, k);
     p->turn[k] = 2 * sE2 * p->z2[k];
     if (k == 0) p->bend[k] += c1, p->turn[k] += ray->curl.value;
-    for (int i = 0; i < 3; i++) s->n[i][k + 2] = series_product(p->turn, s->n[i], k) * -q;
-    z[k + 2] += sE2 * z[k] * q;
+    for (int i = 0; i < 2; i++) s->n[i][k + 2] = series_product(p->turn, s->n[i], k) * -q;
+    p->z3[k] = series_product(p->z2, z, k);
+    z[k + 2] = ((sE2 - ray->curl.value) * z[k] - 2 * sE2 * p->z3[k]) * q;
   }
 }
 
@@ -157,18 +163,16 @@ LANES_INLINE void flow_expand_turn(const flow_hole *hole, const flow_ray *ray, i
 {
   const lanes a = hole->spin, a2 = a * a, E = ray->energy.value, L = ray->momentum.value;
   const lanes dE = ray->energy.by[j], dL = ray->momentum.by[j], dQ = ray->carter.by[j], dC = ray->curl.by[j];
-  const lanes sE2 = a2 * E * E, dsE2 = 2 * a2 * E * dE;
+  const lanes curl = ray->curl.value, sE2 = a2 * E * E, dsE2 = 2 * a2 * E * dE;
   const lanes d1 = dsE2 - dC, d2 = 3 * (2 * (L - a * E) * (dL - a * dE) + dQ), d3 = -2 * a2 * dQ;
   const lanes inverse = 1 / ((1 - hole->outer * ray->w.value) * (1 - hole->inner * ray->w.value));
   const lanes *w = s->w, *z = s->n[2];
-  lanes *dw = s->dw[j], *dz = s->dn[j][2], ddelta[FLOW_TURN_ORDER], drate[FLOW_TURN_ORDER], dturn[FLOW_TURN_ORDER];
+  lanes *dw = s->dw[j], *dz = s->dn[j][2], drate[FLOW_TURN_ORDER], dturn[FLOW_TURN_ORDER];
   dw[0] = ray->w.by[j], dw[1] = ray->v.by[j], s->ddrag[j][0] = ray->drag.by[j];
   for (int i = 0; i < 3; i++) s->dn[j][i][0] = ray->n[i].by[j], s->dn[j][i][1] = ray->m[i].by[j];
 #pragma GCC unroll 32
   for (int k = 0; k < FLOW_TURN_ORDER; k++) {
-    const lanes wdw = series_product(w, dw, k);
-    ddelta[k] = 2 * (a2 * wdw - dw[k]);
-    drate[k] = (2 * a * (dE * w[k] + E * dw[k]) - a2 * (dL * p->w2[k] + 2 * L * wdw) - series_product(ddelta, p->rate, k) -
+    drate[k] = (2 * a * dE * w[k] - a2 * dL * p->w2[k] + series_product(p->push, dw, k) -
                 series_product_tail(p->delta, drate, k)) * inverse;
     s->ddrag[j][k + 1] = drate[k] * (1.0 / (k + 1));
     if (k + 2 > FLOW_TURN_ORDER) break;
@@ -176,9 +180,10 @@ LANES_INLINE void flow_expand_turn(const flow_hole *hole, const flow_ray *ray, i
     dw[k + 2] = (d1 * w[k] + d2 * p->w2[k] + d3 * p->w3[k] + series_product(p->bend, dw, k)) * q;
     dturn[k] = 2 * dsE2 * p->z2[k] + 4 * sE2 * series_product(z, dz, k);
     if (k == 0) dturn[k] += dC;
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 2; i++)
       s->dn[j][i][k + 2] = (series_product(p->turn, s->dn[j][i], k) + series_product(dturn, s->n[i], k)) * -q;
-    dz[k + 2] += (sE2 * dz[k] + dsE2 * z[k]) * q;
+    const lanes cubic = 2 * dsE2 * p->z3[k] + 6 * sE2 * series_product(p->z2, dz, k);
+    dz[k + 2] = ((sE2 - curl) * dz[k] + (dsE2 - dC) * z[k] - cubic) * q;
   }
 }
 
@@ -189,7 +194,7 @@ LANES_INLINE lanes flow_expand(const flow_hole *hole, const flow_ray *ray, int t
                                flow_series *s)
 {
   flow_products products;
-  flow_expand_motion(hole, ray, s, &products);
+  flow_expand_motion(hole, ray, turns, s, &products);
   for (int j = 0; j < turns; j++) flow_expand_turn(hole, ray, j, &products, s);
   lanes share[FLOW_TURNS];
   for (int j = 0; j < turns; j++) {
@@ -214,19 +219,24 @@ LANES_INLINE lanes flow_expand(const flow_hole *hole, const flow_ray *ray, int t
   return lanes_min(lanes_min(arc_step_length(size, FLOW_ORDER, tolerance), longest), lanes_min(turn, twice));
 }
 
-/* The offset in [0, step] at which w reaches `level`, where it does: safeguarded Newton steps. */
-LANES_INLINE lanes flow_crossing(const flow_series *s, lanes level, lanes step)
+/* The offset in [0, step] at which w reaches `level`, in lanes `wanted`, where it does: safeguarded Newton steps. A lane that
+ * has come there is frozen, so that its value does not depend on its neighbors. */
+LANES_INLINE lanes flow_crossing(const flow_series *s, lanes level, lanes step, lanes_mask wanted)
 {
   const lanes begin = s->w[0] - level;
   lanes low = {0}, high = step, x = 0.5 * step;
-  for (int i = 0; i < 8; i++) {
+  lanes_mask open = wanted;
+  for (int i = 0; i < 8 && lanes_any(open); i++) {
     lanes value, slope;
     series_with_slope(s->w, FLOW_ORDER, x, &value, &slope);
     value -= level;
     const lanes_mask before = (value > 0) == (begin > 0);
     low = lanes_select(before, x, low), high = lanes_select(before, high, x);
-    const lanes next = x - value / slope;
-    x = lanes_select((next >= low) & (next <= high), next, 0.5 * (low + high));
+    const lanes newton = x - value / slope;
+    const lanes next = lanes_select((newton >= low) & (newton <= high), newton, 0.5 * (low + high));
+    const lanes moved = lanes_abs(next - x);
+    x = lanes_select(open, next, x);
+    open &= moved > FLOW_THERE * step;
   }
   return x;
 }

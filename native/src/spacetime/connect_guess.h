@@ -31,10 +31,10 @@ static const guess_rule GUESS_RULES[GUESS_ATTEMPTS] = {
     {1, LANDS_STEEP, 0.3}, {1, LANDS_STEEP, 0.6}, {1, LANDS_STEEP, 0.8}, {1, LANDS_STEEP, 0.1},
     {1, LANDS_STEEP, 1.3}, {0, LANDS_NOWHERE, 0.6}, {1, LANDS_NOWHERE, 0.6}, {0, LANDS_NOWHERE, 0.3},
     {2, LANDS_NOWHERE, 1}, {2, LANDS_NOWHERE, 0.6}};
-/* Precision of the orbit without spin. */
-#define GUESS_TOLERANCE 1e-4
+/* Precision of the orbit without spin, for the first attempt, which is rougher anyway, and for the others. */
+static const search_precision GUESS_PRECISION = {1e-3, 12, 1e-4}, GUESS_PRECISION_MORE = {1e-4, 12, 1e-6};
 /* Dragging and swept angle agree, radians, at right angles; in line with the center they must much better. */
-#define GUESS_SETTLED 0.15
+#define GUESS_SETTLED 0.05
 #define GUESS_SETTLED_IN_LINE 1e-3
 /* Rays land where their direction is steeper than this, sine, and at these depths. */
 #define GUESS_STEEP 0.2
@@ -175,7 +175,7 @@ LANES_INLINE lanes guess_landing(const aim_task *t, lanes depth, lanes speed, gu
 }
 
 /* Sets the first trial of image `order`. */
-LANES_INLINE void guess_make(const guess_state *g, const flow_hole *hole, int order, guess_landings landings,
+LANES_INLINE void guess_make(const guess_state *g, const flow_hole *hole, int order, const guess_rule *rule,
                              int matches, aim_task *t)
 {
   const lanes_mask sky = (lanes_mask)t->sky;
@@ -189,11 +189,12 @@ LANES_INLINE void guess_make(const guess_state *g, const flow_hole *hole, int or
   const lanes photon = guess_photon_radius(hole, g->photon, turn * axis[2]);
   const lanes depth_a = guess_depth(t->a.above, hole, photon), depth_b = guess_depth(t->b.above, hole, photon);
   pair.a = guess_end(t->a.n, depth_a, (lanes_mask){0}), pair.b = guess_end(pair.b.n, depth_b, sky);
-  const orbit_root root = search_root(0, &pair.a, &pair.b, swept, GUESS_TOLERANCE, lanes_mask_all(1));
+  const search_precision precision = rule == GUESS_RULES ? GUESS_PRECISION : GUESS_PRECISION_MORE;
+  const orbit_root root = search_root(0, &pair.a, &pair.b, swept, precision, lanes_mask_all(1));
   direction_of(0, &pair.a, pair.toward_a, turn, swept, root.size, root.rate, launch);
   guess_components(t->a.n, launch, t->trial.d);
   t->swept = swept, t->calm = lanes_exp(lanes_min(M_PI - swept, lanes_all(0)));
-  t->lands = guess_landing(t, depth_b, root.arrival_rate / root.size, landings);
+  t->lands = guess_landing(t, depth_b, root.arrival_rate / root.size, rule->landings);
   t->fresh = (lanes)lanes_mask_all(1), t->truncation = AIM_TRUNCATION_FIRST * t->calm;
   t->turn_truncation = lanes_all(AIM_TURN_TRUNCATION);
   const lanes beta = swept / root.size, barrier = lanes_select(swept > 0, 1 - beta * beta * (1.0 / 27), lanes_all(2));
@@ -228,7 +229,7 @@ LANES_INLINE void guess_first(int order, const guess_rule *rule, aim_task *t)
   guess_state g = {.photon = {lanes_all(2 + 2 * cos(2.0 / 3 * acos(-spin))), lanes_all(2 + 2 * cos(2.0 / 3 * acos(spin)))},
                    .dragging = guess_dragging_between(&hole, &t->a, &t->b, (lanes_mask)t->sky)};
   g.dragging *= rule->dragging;
-  guess_make(&g, &hole, order, rule->landings, matches, t);
+  guess_make(&g, &hole, order, rule, matches, t);
   lanes last = {0}, met = {0};
   for (int i = 0; i < passes; i++) {
     const aim_shot shot = aim_shoot(t, 0);
@@ -246,7 +247,7 @@ LANES_INLINE void guess_first(int order, const guess_rule *rule, aim_task *t)
     last = g.dragging, met = drag;
     g.dragging += lanes_select(moves, gain * off, lanes_all(0));
     g.closer += lanes_select(moves & lands, over, lanes_all(0));
-    guess_make(&g, &hole, order, rule->landings, matches, t);
+    guess_make(&g, &hole, order, rule, matches, t);
   }
 }
 #endif

@@ -93,12 +93,12 @@ typedef struct orbit_series {
 /* The series about `now`; returns the step in t that keeps their truncation below `tolerance` radians of missed angle.
  * weight: missed angle per error of x. */
 LANES_INLINE lanes orbit_expand_schwarzschild(const orbit_state *now, lanes swept2, lanes weight, lanes tolerance,
-                                              orbit_series *s)
+                                              int order, orbit_series *s)
 {
   lanes *u = s->x, *eta = s->eta;
   u[0] = now->x, u[1] = now->rate, eta[0] = now->eta, eta[1] = now->eta_rate;
 #pragma GCC unroll 32
-  for (int k = 0; k + 2 <= ORBIT_ORDER; k++) {
+  for (int k = 0; k + 2 <= order; k++) {
     const lanes factor = swept2 * (1.0 / ((k + 1) * (k + 2)));
     u[k + 2] = factor * (3 * series_square(u, k) - u[k]);
     eta[k + 2] = factor * (6 * series_product(u, eta, k) - eta[k]);
@@ -106,43 +106,43 @@ LANES_INLINE lanes orbit_expand_schwarzschild(const orbit_state *now, lanes swep
   const lanes eta_weight = 1 / (1 + lanes_abs(now->eta));
   lanes size[4];
   for (int i = 0; i < 4; i++)
-    size[i] = weight * lanes_abs(u[ORBIT_ORDER - i]) + eta_weight * lanes_abs(eta[ORBIT_ORDER - i]);
-  return arc_step_length(size, ORBIT_ORDER, tolerance);
+    size[i] = weight * lanes_abs(u[order - i]) + eta_weight * lanes_abs(eta[order - i]);
+  return arc_step_length(size, order, tolerance);
 }
 
 LANES_INLINE lanes orbit_expand_ellis(const orbit_state *now, lanes swept2, lanes weight, lanes tolerance,
-                                      orbit_series *s)
+                                      int order, orbit_series *s)
 {
   lanes *sine = s->sine, *cosine = s->cosine, *v = s->rate, *eta = s->eta;
   sine[0] = now->sine, cosine[0] = now->cosine, v[0] = now->rate, eta[0] = now->eta, eta[1] = now->eta_rate;
 #pragma GCC unroll 32
-  for (int k = 0; k < ORBIT_ORDER; k++) {
+  for (int k = 0; k < order; k++) {
     sine[k + 1] = series_product(cosine, v, k) * (2.0 / (k + 1));
     cosine[k + 1] = series_product(sine, v, k) * (-2.0 / (k + 1));
     v[k + 1] = swept2 * sine[k] * (0.5 / (k + 1));
-    if (k + 2 <= ORBIT_ORDER)
+    if (k + 2 <= order)
       eta[k + 2] = swept2 * series_product(cosine, eta, k) * (1.0 / ((k + 1) * (k + 2)));
   }
   s->x[0] = now->x;
-  for (int k = 0; k < ORBIT_ORDER; k++) s->x[k + 1] = v[k] * (1.0 / (k + 1));
+  for (int k = 0; k < order; k++) s->x[k + 1] = v[k] * (1.0 / (k + 1));
   const lanes eta_weight = 1 / (1 + lanes_abs(now->eta));
   lanes size[4];
   for (int i = 0; i < 4; i++) {
-    const int k = ORBIT_ORDER - i;
+    const int k = order - i;
     size[i] = weight * (0.5 * (lanes_abs(sine[k]) + lanes_abs(cosine[k])) + lanes_abs(s->x[k])) +
               eta_weight * lanes_abs(eta[k]);
   }
-  return arc_step_length(size, ORBIT_ORDER, tolerance);
+  return arc_step_length(size, order, tolerance);
 }
 
 /* The state at offset h of the series. */
-LANES_INLINE void orbit_advance(int ellis, const orbit_series *s, lanes h, orbit_state *now)
+LANES_INLINE void orbit_advance(int ellis, const orbit_series *s, int order, lanes h, orbit_state *now)
 {
-  series_with_slope(s->x, ORBIT_ORDER, h, &now->x, &now->rate);
-  series_with_slope(s->eta, ORBIT_ORDER, h, &now->eta, &now->eta_rate);
+  series_with_slope(s->x, order, h, &now->x, &now->rate);
+  series_with_slope(s->eta, order, h, &now->eta, &now->eta_rate);
   if (!ellis) return;
-  now->sine = series_at(s->sine, ORBIT_ORDER, h), now->cosine = series_at(s->cosine, ORBIT_ORDER, h);
-  now->rate = series_at(s->rate, ORBIT_ORDER, h);
+  now->sine = series_at(s->sine, order, h), now->cosine = series_at(s->cosine, order, h);
+  now->rate = series_at(s->rate, order, h);
 }
 
 /* x(1) - b->x, by the difference of angles to full relative accuracy where that counts, and its derivative by x'(0). */
@@ -158,7 +158,7 @@ LANES_INLINE void orbit_compare_ellis(const orbit_state *now, const orbit_end *b
 /* The trial from `a` with launch slope x'(0) = rate. A ray that leaves the spacetime before its end is extended with
  * its last slope: it misses on the right side, and by more the earlier it left. */
 LANES_INLINE orbit_shot orbit_shoot(int ellis, const orbit_end *a, const orbit_end *b, lanes swept, lanes rate,
-                                    lanes weight, lanes tolerance)
+                                    lanes weight, lanes tolerance, int order)
 {
   orbit_state now = {.x = a->x, .rate = rate, .sine = 2 * a->side * a->w,
                      .cosine = (a->w - a->side) * (a->w + a->side), .eta = {0}, .eta_rate = lanes_all(1)};
@@ -167,10 +167,10 @@ LANES_INLINE orbit_shot orbit_shoot(int ellis, const orbit_end *a, const orbit_e
   lanes_mask open = lanes_mask_all(1);
   for (int i = 0; i < ORBIT_STEPS_MAX && lanes_any(open); i++) {
     orbit_series series;
-    lanes h = ellis ? orbit_expand_ellis(&now, swept2, weight, tolerance, &series)
-                    : orbit_expand_schwarzschild(&now, swept2, weight, tolerance, &series);
+    lanes h = ellis ? orbit_expand_ellis(&now, swept2, weight, tolerance, order, &series)
+                    : orbit_expand_schwarzschild(&now, swept2, weight, tolerance, order, &series);
     h = lanes_select(open, lanes_min(lanes_min(h, longest), left), lanes_all(0));
-    orbit_advance(ellis, &series, h, &now);
+    orbit_advance(ellis, &series, order, h, &now);
     left -= h, steps += lanes_select(open, lanes_all(1), lanes_all(0));
     open &= (left > 0) & (ellis ? lanes_abs(now.x) <= 0.5 * M_PI : (now.x >= 0) & (now.x <= ORBIT_FALLEN));
   }

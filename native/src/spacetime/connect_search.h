@@ -13,6 +13,13 @@ enum { SEARCH_TRIALS_MAX = 80 };
 /* Truncation error of a step of the final trial, in units of the tolerance. */
 #define SEARCH_TRUNCATION 1e-2
 
+/* How well a root is wanted. */
+typedef struct search_precision {
+  double tolerance;
+  int order;               /* of the series of an orbit */
+  double first_truncation; /* error of a step of the first trial, and the largest of the final one */
+} search_precision;
+
 typedef struct orbit_root {
   lanes_mask found;
   lanes rate, size;    /* x'(0), and Phi / beta: size^2 = rate^2 + (lapse w Phi)^2 */
@@ -127,20 +134,21 @@ LANES_INLINE void search_accept(orbit_root *root, lanes_mask done, lanes_mask in
 
 /* Newton's steps need no better trial than their own error: a trial's truncation error follows the square of the last
  * miss down to the final one. */
-LANES_INLINE orbit_root search_root(int ellis, const orbit_end *a, const orbit_end *b, lanes swept, double tolerance,
-                                    lanes_mask open)
+LANES_INLINE orbit_root search_root(int ellis, const orbit_end *a, const orbit_end *b, lanes swept,
+                                    search_precision precision, lanes_mask open)
 {
   search_bracket s = search_bracket_of(ellis, a, b, swept);
   const lanes tangential = a->lapse * a->w * swept;
   const lanes calm = lanes_exp(lanes_min(M_PI - swept, lanes_all(0)));
-  const lanes finest = lanes_max(lanes_min(SEARCH_TRUNCATION * tolerance * calm, lanes_all(1e-6)), lanes_all(1e-16));
-  lanes truncation = lanes_max(1e-6 * calm, finest);
+  const double tolerance = precision.tolerance, first = precision.first_truncation;
+  const lanes finest = lanes_max(lanes_min(SEARCH_TRUNCATION * tolerance * calm, lanes_all(first)), lanes_all(1e-16));
+  lanes truncation = lanes_max(first * calm, finest);
   orbit_root root = {.found = {0}};
   lanes rate = search_guess(ellis, a, b, swept);
   rate = lanes_select((rate > s.low) & (rate < s.high), rate, search_middle(&s));
   for (int i = 0; i < SEARCH_TRIALS_MAX && lanes_any(open); i++) {
     const lanes size = lanes_sqrt(rate * rate + tangential * tangential), weight = swept / size;
-    const orbit_shot shot = orbit_shoot(ellis, a, b, swept, rate, weight, truncation);
+    const orbit_shot shot = orbit_shoot(ellis, a, b, swept, rate, weight, truncation, precision.order);
     const lanes missed = lanes_abs(shot.miss) * weight, floor = search_floor(a, swept, size, &shot, truncation);
     const lanes_mask sure = missed > floor;
     s.low = lanes_select(sure & (shot.miss < 0), rate, s.low);
