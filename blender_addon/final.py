@@ -186,7 +186,7 @@ class _ViewRender:
         if data.stars is None:
             return None
         if not native.shows_stars():
-            self._reporter.warn("Stars are shown by perspective cameras only; there are none in this picture")
+            self._reporter.warn("An orthographic camera sees no single stars; there are none in this picture")
             return None
         for item, radius in zip(data.spacetimes, influence_radii(data.spacetimes), strict=True):
             if item.spin and radius != math.inf:

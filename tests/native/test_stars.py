@@ -310,3 +310,60 @@ def test_bad_input_is_refused():
     assert not scene.shows_stars()
     with pytest.raises(ValueError, match="camera"):
         scene.find_stars(star, (8, 8))
+
+
+PANORAMAS = {
+    "EQUIRECTANGULAR": {},
+    "EQUIANGULAR_CUBEMAP_FACE": {},
+    "MIRRORBALL": {},
+    "FISHEYE_EQUIDISTANT": {"fisheye_fov": 5.0},
+    "FISHEYE_EQUISOLID": {"fisheye_fov": 4.0, "fisheye_lens": 12, "sensor_width": 36, "sensor_height": 30},
+    "FISHEYE_LENS_POLYNOMIAL": {"fisheye_fov": 4.0, "sensor_width": 36, "sensor_height": 30,
+                                "fisheye_polynomial_k1": -0.09, "fisheye_polynomial_k3": -1e-4},
+    "CENTRAL_CYLINDRICAL": {"central_cylindrical_range_u_min": -3, "central_cylindrical_range_u_max": 2,
+                            "central_cylindrical_radius": 1.2},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", PANORAMAS)
+def test_panoramas_show_stars_where_they_look_at_them(kind):
+    """At the points of the image whose rays lead there, with the solid angle that a triangle of rays spans."""
+    scene = new_scene()
+    scene.set_camera(kind, look_at(EYE, (3, 1, 2)), (-0.1, 0.9, 0.05, 1.1), **PANORAMAS[kind])
+    scene.commit()
+    points, step = np.random.default_rng(4).uniform(0.02, 0.98, (300, 2)), 1e-5
+    corners = [scene.camera_rays(points + step * np.array(offset)).directions for offset in ((0, 0), (1, 0), (0, 1))]
+    seen = np.isfinite(corners).all(axis=(0, 2))
+    assert seen.sum() > 150
+    points, (here, right, above) = points[seen], [corner[seen] for corner in corners]
+    images = scene.find_stars(here, (64, 48), margin=0)
+    found = np.abs(images.place - points[images.star]).max(axis=1) < 1e-6
+    assert sorted(images.star[found]) == list(range(len(points)))
+    assert np.abs(scene.camera_rays(images.place).directions - here[images.star]).max() < 1e-6  # all other places too
+    star = images.star[found]
+    area = np.linalg.norm(np.cross(right - here, above - here), axis=1)[star] / step**2
+    np.testing.assert_allclose(images.solid_angle[found], area, rtol=2e-3)
+
+
+def test_a_full_panorama_has_what_is_at_its_seam_on_both_sides():
+    """As path tracing does, whose filter reaches beyond the edge of the picture."""
+    scene = new_scene()
+    scene.set_camera("EQUIRECTANGULAR", IDENTITY, (0, 1, 0, 1))
+    scene.commit()
+    behind = unit(np.array([[0.001, 0.2, 1], [0.3, 0.2, 1]]))  # the camera looks along -z, +x is at its right
+    images = scene.find_stars(behind, (100, 50), margin=1.5)
+    assert list(images.star) == [0, 0, 1]
+    beside = np.arctan2(0.001, 1) / (2 * np.pi)
+    np.testing.assert_allclose(sorted(images.place[:2, 0]), [-beside, 1 - beside], atol=1e-12)
+
+
+@pytest.mark.parametrize("fov", [3.0, 9.0])
+def test_a_fisheye_of_more_than_a_turn_shows_stars_again(fov):
+    scene = new_scene()
+    scene.set_camera("FISHEYE_EQUIDISTANT", IDENTITY, (0, 1, 0, 1), fisheye_fov=fov)
+    scene.commit()
+    images = scene.find_stars([(0.5, 0, -1)], (64, 64))
+    angle = np.arctan2(0.5, 1)
+    expected = [0.5 + angle / fov] + ([0.5 - (2 * np.pi - angle) / fov] if fov > 6 else [])
+    expected = [x for x in expected if abs(x - 0.5) <= 0.5]
+    np.testing.assert_allclose(images.place[:, 0], expected, atol=1e-9)

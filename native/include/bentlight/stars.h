@@ -37,8 +37,9 @@ typedef struct bent_star_images {
  * scene sees. A ray along each is traced: what surfaces or holdouts hide is not listed. Of the images that a lone object
  * makes, those fainter than 1e-4 of the ones before are left out, around a spinning hole all after the second, where
  * connections that fail (connect.h) are made up for by Newton's method on traced rays; light by way of two objects, or of
- * a spinning one among several, is not known. Relative error of magnifications: 1e-6, around spinning holes 1e-4. A star's answer depends on that star alone. An orthographic camera sees no single stars:
- * BENT_ERROR_ARGUMENT, as for panoramas without inverse (bent_scene_shows_stars). progress counts stars. */
+ * a spinning one among several, is not known. Relative error of magnifications: 1e-6, around spinning holes 1e-4. A star's answer depends on that star alone. Panoramas of more than
+ * a whole turn show stars several times; of more than 32 places of one star the others are left out. An orthographic camera
+ * sees no single directions: BENT_ERROR_ARGUMENT (bent_scene_shows_stars). progress counts stars. */
 bent_status bent_scene_find_stars(const bent_scene *scene, size_t n, const double (*directions)[3],
                                   const bent_star_view *view, const bent_star_images *out, bent_progress *progress,
                                   bent_error *error);

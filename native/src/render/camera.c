@@ -109,15 +109,21 @@ int camera_project(const camera *camera, vec3 direction, double *x, double *y)
   return 1;
 }
 
+/* The change of direction per step across the image; on one side only where the other has no ray. */
+static vec3 slope(const camera *camera, double x, double y, double step_x, double step_y)
+{
+  camera_ray before, here, after;
+  const int has_before = camera_cast(camera, x - step_x, y - step_y, &before), is_here = camera_cast(camera, x, y, &here);
+  const int has_after = camera_cast(camera, x + step_x, y + step_y, &after);
+  if (!is_here || (!has_before && !has_after)) return v3(0, 0, 0);
+  const vec3 change = v3_sub(has_after ? after.direction : here.direction, has_before ? before.direction : here.direction);
+  return v3_scale(change, 1.0 / (has_before + has_after));
+}
+
 double camera_solid_angle(const camera *camera, double x, double y)
 {
   const double step = 1e-4; /* the error is of second order */
-  camera_ray left, right, below, above;
-  if (!camera_cast(camera, x - step, y, &left) || !camera_cast(camera, x + step, y, &right) ||
-      !camera_cast(camera, x, y - step, &below) || !camera_cast(camera, x, y + step, &above))
-    return 0;
-  const vec3 along = v3_sub(right.direction, left.direction), up = v3_sub(above.direction, below.direction);
-  return v3_length(v3_cross(along, up)) / (4 * step * step);
+  return v3_length(v3_cross(slope(camera, x, y, step, 0), slope(camera, x, y, 0, step))) / (step * step);
 }
 
 void camera_free(camera *camera) { free(camera); }

@@ -23,7 +23,11 @@ int camera_cast(const camera *camera, double x, double y, camera_ray *ray);
  * Returns 0 where there is none, and for projections that it does not know (camera_has_inverse). */
 int camera_project(const camera *camera, vec3 direction, double *x, double *y);
 int camera_has_inverse(const camera *camera);
-/* Solid angle of directions per area of the image, which is 1 as a whole, at a point of it. */
+/* All points of the image, and of a margin around it of `beside` widths and heights, that are seen in a unit world direction;
+ * panoramas may show one more than once. Returns how many. An orthographic camera sees no single directions: 0. */
+enum { CAMERA_PLACES_MAX = 8 };
+int camera_places(const camera *camera, vec3 direction, const double beside[2], double places[CAMERA_PLACES_MAX][2]);
+/* Solid angle of directions per area of the image, which is 1 as a whole, at a point of it; 0 where there is no ray. */
 double camera_solid_angle(const camera *camera, double x, double y);
 /* Inverse of world_from_camera's rotation: a world direction in camera space. */
 vec3 camera_from_world_direction(const camera *camera, vec3 direction);

@@ -33,6 +33,7 @@ typedef struct finder {
   tracer tracer;
   const bent_star_view *view;
   closure *closures; /* of a surface in front */
+  int listed[BATCH]; /* images of each star */
   int count;         /* of the images, rays and hits */
   image images[ENTRIES];
   bent_ray rays[ENTRIES];
@@ -99,24 +100,30 @@ static void complete(const geometry *g, const vec3 *from, const vec3 *to, const 
   }
 }
 
-/* Takes up the image along a joint if it lies in the picture. */
-static void add_image(finder *f, int star, int far, const joint *j)
+/* Takes up the image along a joint at one of its places in the picture. */
+static void add_image(finder *f, int star, int far, const joint *j, const double place[2])
 {
-  const bent_star_view *v = f->view;
   const camera *camera = f->tracer.scene->camera;
-  image im = {.star = star, .far = far, .swept = j->swept, .ray = {.kinds = RAY_CAMERA}};
+  image im = {.star = star, .far = far, .swept = j->swept, .place = {place[0], place[1]}, .ray = {.kinds = RAY_CAMERA}};
   camera_ray ray;
-  double *x = &im.place[0], *y = &im.place[1];
-  if (!camera_project(camera, j->launch, x, y)) return;
-  const double beside = v->margin / v->width, above = v->margin / v->height;
-  if (*x < -beside || *x > 1 + beside || *y < -above || *y > 1 + above) return;
-  im.solid_angle = camera_solid_angle(camera, *x, *y);
-  if (!(im.solid_angle > 0) || !camera_cast(camera, *x, *y, &ray)) return;
+  im.solid_angle = camera_solid_angle(camera, place[0], place[1]);
+  if (f->listed[star] == BENT_STAR_IMAGES_MAX || !(im.solid_angle > 0) || !camera_cast(camera, place[0], place[1], &ray))
+    return;
+  f->listed[star]++;
   im.throughput = v3_splat(bounded(1 / j->spread, j->swept) / j->way_chance);
   bent_ray *out = &f->rays[f->count];
   *out = (bent_ray){.length_min = ray.length_min, .length_max = ray.length_max, .visibility = BENT_VISIBLE_CAMERA};
   path_set_ray(&f->tracer, out, ray.origin, j->launch, NULL);
   f->images[f->count++] = im;
+}
+
+/* Takes up the image along a joint wherever it lies in the picture. */
+static void add_places(finder *f, int star, int far, const joint *j)
+{
+  const double beside[2] = {f->view->margin / f->view->width, f->view->margin / f->view->height};
+  double places[CAMERA_PLACES_MAX][2];
+  const int count = camera_places(f->tracer.scene->camera, j->launch, beside, places);
+  for (int i = 0; i < count; i++) add_image(f, star, far, j, places[i]);
 }
 
 /* Joins the camera with the stars of a batch. */
@@ -126,6 +133,7 @@ static void add_images(finder *f, int count, const double (*directions)[3])
   vec3 from[BATCH], to[BATCH];
   double u[BATCH];
   for (int i = 0; i < count; i++) {
+    f->listed[i] = 0;
     from[i] = f->tracer.eye, to[i] = v3_normalize(v3_from(directions[i]));
     u[i] = 1e-200 * (2 + to[i].x + 0.5 * to[i].y); /* too small to leave out any, but a star's own, for what is too much */
   }
@@ -134,7 +142,7 @@ static void add_images(finder *f, int count, const double (*directions)[3])
     join_sky(g, (size_t)count, from, to, u, far, found);
     for (int i = 0; i < count; i++) {
       complete(g, &from[i], &to[i], &u[i], far, &found[i]);
-      for (int k = 0; k < found[i].count; k++) add_image(f, i, far, &found[i].list[k]);
+      for (int k = 0; k < found[i].count; k++) add_places(f, i, far, &found[i].list[k]);
     }
   }
 }
@@ -180,7 +188,10 @@ static bent_status trace_images(finder *f, size_t first, const bent_star_images 
   return BENT_OK;
 }
 
-int bent_scene_shows_stars(const bent_scene *scene) { return scene->camera && camera_has_inverse(scene->camera); }
+int bent_scene_shows_stars(const bent_scene *scene)
+{
+  return scene->camera && scene->camera->settings.kind != BENT_CAMERA_ORTHOGRAPHIC;
+}
 
 static bent_status check(const bent_scene *scene, size_t n, const double (*directions)[3], const bent_star_view *v,
                          bent_error *error)
@@ -188,7 +199,7 @@ static bent_status check(const bent_scene *scene, size_t n, const double (*direc
   if (!scene->camera) return bent_fail(error, BENT_ERROR_STATE, "stars: the scene has no camera");
   if (!scene->committed) return bent_fail(error, BENT_ERROR_STATE, "stars: the scene has edits without a commit");
   if (!bent_scene_shows_stars(scene))
-    return bent_fail(error, BENT_ERROR_ARGUMENT, "stars: they have no place in the picture of this kind of camera");
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "stars: an orthographic camera sees no single directions");
   if (v->width < 1 || v->height < 1 || v->width > 1u << 16 || v->height > 1u << 16)
     return bent_fail(error, BENT_ERROR_ARGUMENT, "stars: the picture must be 1 to 65536 pixels wide and high, got %u x %u",
                      v->width, v->height);
