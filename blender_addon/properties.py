@@ -77,6 +77,18 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
         max=64,
         default=8,
     )
+    gravitational: FloatProperty(
+        name="Gravitational",
+        description=(
+            "How much gravity shifts light on its way to the camera: what is deep near a black hole is darker, what a "
+            "camera there sees outside is brighter. Colors keep their hue; accretion disks have sliders of their own. "
+            "0: as in films, 1: as in nature"
+        ),
+        min=0.0,
+        max=1.0,
+        default=0.0,
+        subtype="FACTOR",
+    )
     photon_ring_samples: IntProperty(
         name="Photon Ring Samples",
         description=(

@@ -77,6 +77,7 @@ class BENTLIGHT_PT_light_paths(_Panel, bpy.types.Panel):
         caustics.prop(settings, "blur_glossy")
         caustics.prop(settings, "caustics_reflective")
         caustics.prop(settings, "caustics_refractive")
+        self.column().prop(settings, "gravitational")
 
 
 class BENTLIGHT_PT_film(_Panel, bpy.types.Panel):

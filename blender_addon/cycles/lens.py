@@ -64,7 +64,7 @@ def update(
     item: SpacetimeData,
     radius: float,
     far: tuple[SpacetimeData, float] | None,
-    disk: dict[str, shaders.Socket],
+    light: dict[str, shaders.Socket],
 ) -> None:
     """Makes a lens what its hole is now; `radius` and that of the other mouth are in world units."""
     scale = mathutils.Matrix.Scale(radius / item.scale, 4)
@@ -72,7 +72,7 @@ def update(
         lens.matrix_parent_inverse.identity()
     if lens.matrix_basis != scale:
         lens.matrix_basis = scale
-    inputs = _inputs(item, radius, far, _reach(lens.data), disk)
+    inputs = _inputs(item, radius, far, _reach(lens.data), light)
     shaders.fill(lens.data.materials[0], "lens", inputs, disk_material.SOCKETS)
 
 
@@ -85,7 +85,7 @@ def _inputs(
     radius: float,
     far: tuple[SpacetimeData, float] | None,
     reach: float,
-    disk: dict[str, shaders.Socket],
+    light: dict[str, shaders.Socket],
 ) -> dict[str, shaders.Socket]:
     """The shader's parameters: lengths in masses or throat radii, float32 as sockets are."""
     wormhole = item.kind == "WORMHOLE"
@@ -99,7 +99,7 @@ def _inputs(
         "Total": ("NodeSocketString", str(total)),
         "Outward": ("NodeSocketString", str(outward)),
     }
-    inputs |= disk
+    inputs |= light
     if far:
         mouth, far_radius = far
         axes = mouth.world_from_spacetime[:3, :3] * (far_radius / mouth.scale)

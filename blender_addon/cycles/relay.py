@@ -119,7 +119,8 @@ def _read(
         for instance in data.instances
         if not instance.is_disk  # Cycles has no mesh of it
     ]
-    return _Moment(SceneData(camera, meshes, instances, spacetimes=data.spacetimes), _aperture(evaluated, scene))
+    kept = SceneData(camera, meshes, instances, spacetimes=data.spacetimes, gravitational=data.gravitational)
+    return _Moment(kept, _aperture(evaluated, scene))
 
 
 def _bake(seen: list[_Moment], prefix: Path, settings: relay_maps.RelaySettings, moving: bool) -> relay_maps.RelayMaps:
@@ -231,7 +232,7 @@ def _fingerprint(seen: list[_Moment], settings: relay_maps.RelaySettings, moving
     for moment in seen:
         data = moment.data
         holes = [_plain(item) for item in data.spacetimes]
-        digest.update(repr((moment.aperture, _plain(data.camera), holes)).encode())
+        digest.update(repr((moment.aperture, _plain(data.camera), holes, data.gravitational)).encode())
         for mesh in data.meshes:
             if id(mesh) not in hashed:
                 one = hashlib.blake2b(np.ascontiguousarray(mesh.vertices))

@@ -124,7 +124,7 @@ def _pixel(camera: CameraData) -> tuple[float, float]:
 
 @dataclass
 class _Legs:
-    """Last legs: (n, 3) float32 each; a lost ray's direction is 0."""
+    """Last legs: (n, 3) float32 each. The length of a direction is how bright light from there is; 0: a lost ray."""
 
     place: np.ndarray
     direction: np.ndarray
@@ -177,7 +177,12 @@ class _Tracer:
             length_max=self.camera.clip_end,
             visibility=Visibility.CAMERA,
         )
-        return self._legs(hits, exists), directions, hits["direction"]
+        legs = self._legs(hits, exists)
+        brightness = self._scene.shift_light(
+            origins, directions, hits["position"], hits["direction"], hits["fate"] != HIT
+        )
+        legs.direction *= brightness[:, None].astype(np.float32)
+        return legs, directions, hits["direction"]
 
     def _moved(self, origins: np.ndarray, directions: np.ndarray, number: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Each part of the image looks from where the camera is in a moment of the slice of its own."""

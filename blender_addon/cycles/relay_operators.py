@@ -89,6 +89,7 @@ class BENTLIGHT_PT_relay(bpy.types.Panel):
             slices = column.row()
             slices.active = context.scene.render.use_motion_blur
             slices.prop(context.scene.bentlight, "relay_slices")
+            column.prop(context.scene.bentlight, "gravitational")
             column.operator(BENTLIGHT_OT_relay_clear.bl_idname)
         else:
             column.operator(BENTLIGHT_OT_relay_setup.bl_idname)

@@ -176,7 +176,8 @@ def update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         if not math.isfinite(used):
             raise RenderError(f"'{name}' has no lens radius: press Use in Cycles")
         hole = lenses[name].parent.evaluated_get(depsgraph)
-        glow = disk.sockets(hole, item, scene.frame_current_final)
-        lens.update(lenses[name], item, used, found.get(item.exit) if item.exit else None, glow)
+        light = disk.sockets(hole, item, scene.frame_current_final)
+        light["Gravitational"] = ("NodeSocketFloat", scene.bentlight.gravitational)
+        lens.update(lenses[name], item, used, found.get(item.exit) if item.exit else None, light)
         own = disk.material(hole)
         disk_material.update(lenses[name].data.materials[0], own and own.evaluated_get(depsgraph))

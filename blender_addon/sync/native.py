@@ -39,6 +39,7 @@ def build_scene(data: SceneData, progress: bentlight_native.Progress | None = No
     _set_suns(scene, data.suns)
     _set_lamps(scene, data.lamps)
     _set_spacetimes(scene, data.spacetimes, data.camera)
+    scene.set_gravitational(data.gravitational)
     set_camera(scene, data.camera)
     scene.commit(progress)
     return scene

@@ -53,7 +53,7 @@ class _SceneReader:
         self._studio = studio
         self._scene = depsgraph.scene_eval
         self._view_layer = depsgraph.view_layer_eval
-        self._data = SceneData(camera=camera)
+        self._data = SceneData(camera=camera, gravitational=self._scene.bentlight.gravitational)
         self._meshes: dict[tuple, int | None] = {}
         self._materials = MaterialTable(reporter)
         self._without_faces: set[str] = set()

@@ -152,3 +152,4 @@ class SceneData:
     materials: list[Any] = field(default_factory=list)
     world: Any = None
     stars: StarData | None = None
+    gravitational: float = 0.0  # how much gravity shifts light: Scene.set_gravitational

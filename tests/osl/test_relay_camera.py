@@ -72,13 +72,14 @@ def test_an_unbent_camera_is_cycles_own(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "hole",
-    [{"mass": 0.1}, {"mass": 0.1, "spin": 0.9}, None],
-    ids=["schwarzschild", "kerr", "wormhole"],
+    ("hole", "gravitational"),
+    [({"mass": 0.1}, 0), ({"mass": 0.1, "spin": 0.9}, 0), ({"mass": 0.1, "spin": 0.9}, 1), (None, 0)],
+    ids=["schwarzschild", "kerr", "kerr-gravitational", "wormhole"],
 )
-def test_it_sees_what_the_engine_sees(hole, tmp_path):
+def test_it_sees_what_the_engine_sees(hole, gravitational, tmp_path):
     """The same curved ray in the middle of each pixel: sky and surfaces, to the error that the panel asks for."""
     shining_room()
+    bpy.context.scene.bentlight.gravitational = gravitational
     if hole:
         bpy.ops.bentlight.black_hole_add(location=(0, 0, 0), **hole)
     else:
@@ -209,6 +210,31 @@ def test_nothing_is_bent_twice(tmp_path):
     assert not lens.visible_camera
     bpy.ops.bentlight.relay_clear()
     assert lens.visible_camera
+
+
+def test_gravity_takes_back_what_it_gives(tmp_path):
+    """Light of the sky that falls to a surface, and is scattered from there to a camera outside, has its frequency
+    again: the lens brightens it as much as the relay camera dims it."""
+    stage.set_world((0.5, 0.6, 0.7))
+    stage.add_camera((0.1, -6, 0.3), (np.pi / 2, 0, 0))
+    gray = bpy.data.materials.new("Gray")
+    if bpy.app.version < (5, 0, 0):
+        gray.use_nodes = True
+    square = stage.add_square(1.5, (0.5, 0.6, 0.2), gray)
+    square.rotation_euler = (np.pi / 2, 0.2, 0.3)
+    bpy.ops.bentlight.black_hole_add(mass=0.2, location=(0, 0, 0))
+    bpy.context.object.bentlight.lens_radius = bpy.context.object.bentlight.sphere_radius = 3.0
+    scene = cycles(4)
+    bpy.ops.bentlight.cycles_setup()
+    bpy.ops.bentlight.relay_setup()
+    before = picture(tmp_path)
+    scene.bentlight.gravitational = 1.0
+    np.testing.assert_allclose(picture(tmp_path), before, rtol=1e-4)
+    bpy.ops.bentlight.cycles_clear()
+    dim = picture(tmp_path)
+    scene.bentlight.gravitational = 0.0
+    plain = picture(tmp_path)
+    assert ((dim < 0.7 * plain) & (plain > 0)).any() and (dim <= plain * (1 + 1e-5)).all()
 
 
 def test_meshes_are_those_of_renders(tmp_path):

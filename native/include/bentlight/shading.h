@@ -48,4 +48,13 @@ bent_status bent_scene_add_material(bent_scene *scene, const bent_program *progr
 bent_status bent_scene_update_material(bent_scene *scene, int index, const bent_program *program, bent_error *error);
 /* The sky: runs with the asymptotic direction as position, generated coordinate and reversed normal. NULL: black. */
 bent_status bent_scene_set_world(bent_scene *scene, const bent_program *program, bent_error *error);
+/* How much gravity shifts light on its way: each color is seen (nu_observed / nu_emitted)^(4 amount) as bright and keeps its
+ * hue. Surfaces, lamps and the camera are at rest with local observers (ZAMOs), the sky is at infinity. 0, the default: as in
+ * films; 1: as in nature. Accretion disks have sliders of their own. */
+bent_status bent_scene_set_gravitational(bent_scene *scene, double amount, bent_error *error);
+/* How bright light is to the ends of n rays that it meets at `from` in direction `launch`, over how bright it starts, by that
+ * amount: from `to`, which rays reach in direction `arrival`, or, where `sky` is not 0, from infinity. World places, local
+ * unit directions. */
+void bent_scene_shift_light(const bent_scene *scene, size_t n, const double (*from)[3], const double (*launch)[3],
+                            const double (*to)[3], const double (*arrival)[3], const uint8_t *sky, double *brightness);
 #endif

@@ -94,6 +94,27 @@ class ShadingMethods:
         else:
             self._set_world(program.code, program.constants, program.table)
 
+    def set_gravitational(self, amount: float) -> None:
+        """How much gravity shifts light on its way, [0, 1]; needs a commit.
+
+        Each color is seen (nu_observed / nu_emitted)^(4 amount) as bright and keeps its hue. Surfaces, lamps and the
+        camera are at rest with local observers, the sky is at infinity. Accretion disks shift their light themselves.
+        """
+        self._set_gravitational(amount)
+
+    def shift_light(
+        self, origins: ArrayLike, directions: ArrayLike, ends: ArrayLike, arrivals: ArrayLike, sky: ArrayLike
+    ) -> NDArray[np.float64]:
+        """How bright light is to rays' beginnings over how bright it is where it comes from (n,), by set_gravitational.
+
+        origins, ends: places (n, 3), world; directions, arrivals: local unit directions of the rays there; sky: (n,),
+        whether a ray ends in the sky instead.
+        """
+        rows = [np.ascontiguousarray(values, np.float64) for values in (origins, directions, ends, arrivals)]
+        brightness = np.empty(len(rows[0]))
+        self._shift_light(*rows, np.ascontiguousarray(sky, np.uint8), brightness)
+        return brightness
+
     def sky(self, directions: ArrayLike, ray_kinds: int = 0, across: ArrayLike | None = None) -> NDArray[np.float64]:
         """Radiance (n, 3) of the sky in unit directions (n, 3), as rays of those kinds (RAY_* bits) see it.
 

@@ -1,6 +1,8 @@
 /* See frequency.h. */
 #include "light/frequency.h"
 
+#include "scene/scene.h"
+
 /* nu just inside the rim of a lens times the lapse there, where it is 1 outside. */
 static double rim_factor(const lens *l)
 {
@@ -58,6 +60,26 @@ void frequency_follow(const geometry *g, const frequency_leg *leg, ray_history *
 {
   ray->frequency = (ray->frequency > 0 ? ray->frequency : 1) * frequency_ratio(g, leg);
   ray->image_order = crossings_before(g, leg);
+}
+
+void frequency_leave(const geometry *g, vec3 from, vec3 launch, ray_history *ray)
+{
+  const double ratio = 1 / energy_ratio(g, from, launch);
+  ray->frequency = (ray->frequency > 0 ? ray->frequency : 1) * (ratio > 0 && ratio < INFINITY ? ratio : 1);
+}
+
+void bent_scene_shift_light(const bent_scene *scene, size_t n, const double (*from)[3], const double (*launch)[3],
+                            const double (*to)[3], const double (*arrival)[3], const uint8_t *sky, double *brightness)
+{
+  const geometry *g = scene->geometry;
+  for (size_t i = 0; i < n; i++) {
+    const frequency_leg leg = {.from = v3_from(from[i]), .launch = v3_from(launch[i]), .to = v3_from(to[i]),
+                               .arrival = v3_from(arrival[i])};
+    ray_history ray = {.frequency = 1};
+    if (sky[i]) frequency_leave(g, leg.from, leg.launch, &ray);
+    else ray.frequency = frequency_ratio(g, &leg);
+    brightness[i] = shading_shifted(scene->shading, v3_splat(1), &ray).x;
+  }
 }
 
 int frequency_is_of_place(const geometry *g)

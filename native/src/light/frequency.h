@@ -24,6 +24,8 @@ typedef struct frequency_leg {
 double frequency_ratio(const geometry *g, const frequency_leg *leg);
 /* Takes the history of a ray from where it started to where it has arrived. */
 void frequency_follow(const geometry *g, const frequency_leg *leg, ray_history *ray);
+/* The same for a ray that starts at a place and goes to the sky. */
+void frequency_leave(const geometry *g, vec3 from, vec3 launch, ray_history *ray);
 /* Whether nu is a function of the place alone: not if a wormhole's mouths are of different size. */
 int frequency_is_of_place(const geometry *g);
 #endif

@@ -21,7 +21,7 @@ static void disk_uv(const sun *sun, vec3 direction, double uv[2])
 
 vec3 sun_radiance(const bent_scene *scene, const sun *sun, vec3 direction, const ray_history *ray)
 {
-  if (sun->material < 0) return sun->radiance;
+  if (sun->material < 0) return shading_shifted(scene->shading, sun->radiance, ray);
   const vec3 back = v3_scale(direction, -1);
   shade_point point = {.position = back, .wo = back, .geometric_normal = back, .normal = back, .tangent_sign = 1,
                        .ray_length = SKY_LENGTH, .object_color = {1, 1, 1, 1}, .ray = *ray,

@@ -126,6 +126,42 @@ static PyObject *set_world(PyObject *self, PyObject *args)
   Py_RETURN_NONE;
 }
 
+static PyObject *set_gravitational(PyObject *self, PyObject *value)
+{
+  const double amount = PyFloat_AsDouble(value);
+  bent_error error;
+  if (PyErr_Occurred()) return NULL;
+  if (bent_scene_set_gravitational(scene_value(self), amount, &error)) return raise_error(&error);
+  Py_RETURN_NONE;
+}
+
+/* (from, launch, to, arrival, sky, brightness) */
+static PyObject *shift_light(PyObject *self, PyObject *args)
+{
+  enum { FROM, LAUNCH, TO, ARRIVAL, SKY, BRIGHTNESS, COUNT };
+  static const char *const NAMES[COUNT] = {"origins", "directions", "ends", "arrivals", "sky", "brightness"};
+  PyObject *in[COUNT];
+  buffer b[COUNT] = {{.held = 0}};
+  Py_ssize_t n = -1;
+  int bad = !PyArg_ParseTuple(args, "OOOOOO", &in[FROM], &in[LAUNCH], &in[TO], &in[ARRIVAL], &in[SKY], &in[BRIGHTNESS]);
+  for (int i = 0; i < COUNT && !bad; i++) {
+    Py_ssize_t shape[2] = {n, 3};
+    bad = buffer_get(&b[i], in[i], NAMES[i], i == SKY ? 'B' : 'd', i < SKY ? 2 : 1, shape,
+                     i == BRIGHTNESS ? BUFFER_WRITE : 0) < 0;
+    if (i == FROM) n = shape[0];
+  }
+  if (!bad) {
+    Py_BEGIN_ALLOW_THREADS
+    bent_scene_shift_light(scene_value(self), (size_t)n, buffer_data(&b[FROM]), buffer_data(&b[LAUNCH]),
+                           buffer_data(&b[TO]), buffer_data(&b[ARRIVAL]), buffer_data(&b[SKY]),
+                           buffer_data(&b[BRIGHTNESS]));
+    Py_END_ALLOW_THREADS
+  }
+  buffer_release_all(b, COUNT);
+  if (bad) return NULL;
+  Py_RETURN_NONE;
+}
+
 /* Room for the lobes of any material; freed by the caller. */
 static closure *closures_new(const shading *shading)
 {
@@ -324,6 +360,8 @@ PyMethodDef scene_shading_methods[] = {
     {"_add_material", add_material, METH_VARARGS, "(code, constants, table) -> int"},
     {"_update_material", update_material, METH_VARARGS, "(index, code, constants, table)"},
     {"_set_world", set_world, METH_VARARGS, "(code=None, constants=None, table=None)"},
+    {"_set_gravitational", set_gravitational, METH_O, "(amount)"},
+    {"_shift_light", shift_light, METH_VARARGS, "(origins, directions, ends, arrivals, sky, brightness)"},
     {"_shade", shade, METH_VARARGS,
      "(material, points (n, 37), world_from_object and its inverse (2, 4, 4), results (n, 6): emission, albedo)"},
     {"_sky", sky, METH_VARARGS, "(directions (n, 3), ray_kinds, radiance (n, 3))"},

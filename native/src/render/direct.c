@@ -210,15 +210,20 @@ static vec3 triangle_light(const bent_scene *scene, const light_sample *s, const
 
 /* What a light sends along a connection to a vertex at `from`, for a ray of that history: radiance; of a point: radiance
  * times solid angle. */
-static vec3 light_along(const bent_scene *scene, const light_sample *s, const joint *j, vec3 from, const ray_history *ray)
+static vec3 light_along(const bent_scene *scene, const light_sample *s, const joint *j, vec3 from, ray_history ray)
 {
+  if (shading_shifts(scene->shading)) {
+    const frequency_leg leg = {from, j->launch, s->target, j->arrival, j->swept};
+    if (s->kind == LIGHT_LAMP) frequency_follow(scene->geometry, &leg, &ray);
+    if (s->kind == LIGHT_SUN || s->kind == LIGHT_SKY) frequency_leave(scene->geometry, from, j->launch, &ray);
+  }
   switch (s->kind) {
-    case LIGHT_TRIANGLE: return triangle_light(scene, s, j, from, *ray);
+    case LIGHT_TRIANGLE: return triangle_light(scene, s, j, from, ray);
     case LIGHT_LAMP:
       return lamp_intensity(scene, &scene->lamps->list[s->index], v3_scale(j->arrival, -1),
-                            length_if_asked(scene, s, j, from), ray);
-    case LIGHT_SUN: return sun_radiance(scene, &scene->suns->list[s->index], s->target, ray);
-    case LIGHT_SKY: return shading_sky(scene->shading, s->target, NULL, ray);
+                            length_if_asked(scene, s, j, from), &ray);
+    case LIGHT_SUN: return sun_radiance(scene, &scene->suns->list[s->index], s->target, &ray);
+    case LIGHT_SKY: return shading_sky(scene->shading, s->target, NULL, &ray);
   }
   return v3(0, 0, 0);
 }
@@ -235,7 +240,7 @@ static vec3 scattered_light(const tracer *t, const lit_vertex *v, const light_sa
     const vec3 value = bsdf_evaluate(&v->set, &v->point, j->launch, b->visibility & kinds, pdf);
     if (!(v3_max(value) > 0)) continue;
     const ray_history ray = path_scattered(v->point.ray, &v->set, KINDS[k], 0);
-    sum = v3_add(sum, v3_mul(value, light_along(t->scene, s, j, v->point.position, &ray)));
+    sum = v3_add(sum, v3_mul(value, light_along(t->scene, s, j, v->point.position, ray)));
   }
   *pdf = portal_pdf(&v->mix, j->launch, *pdf);
   return sum;

@@ -233,13 +233,13 @@ static int shine(const tracer *t, light_walk *w, double length)
   const double pdf = lights_direction_pdf(t->scene->lights, &w->start, out);
   double cosine = 1, area = 1;
   vec3 light;
+  const ray_history seen = seen_from_camera(t, w->start.target, out);
   if (w->start.kind == LIGHT_LAMP) {
     const lamp *lamp = &t->scene->lamps->list[w->start.index];
-    light = lamp_intensity(t->scene, lamp, out, length, &RAY_SCATTERED);
+    light = lamp_intensity(t->scene, lamp, out, length, &seen);
   } else {
     area = v3_length(w->start.area);
     cosine = fabs(v3_dot(w->start.area, out)) / area;
-    const ray_history seen = seen_from_camera(t, w->start.target, out);
     light = lights_radiance(t->scene, &w->start, length, v3_scale(out, -1), &seen);
   }
   const double density = w->chance / area; /* of the place */

@@ -164,12 +164,14 @@ static void gather_sky(const tracer *t, path *p, const bent_ray *ray, const bent
                        const reach *reach, sample_record *record)
 {
   const vec3 direction = v3_from(hit->direction);
-  const vec3 sky = shading_sky(t->scene->shading, direction, footprint->known ? footprint->across : NULL, &p->ray);
+  ray_history seen = p->ray;
+  if (t->asks_frequency) frequency_leave(t->scene->geometry, p->scattered.position, p->scattered.direction, &seen);
+  const vec3 sky = shading_sky(t->scene->shading, direction, footprint->known ? footprint->across : NULL, &seen);
   vec3 all = sky, weighed = v3_scale(sky, direct_weight_sky(t, p, reach, direction));
   for (size_t i = 0; t->scene->suns && i < t->scene->suns->count; i++) {
     const sun *s = &t->scene->suns->list[i];
     if (!(s->visibility & ray->visibility) || !sun_covers(s, direction)) continue;
-    const vec3 radiance = sun_radiance(t->scene, s, direction, &p->ray);
+    const vec3 radiance = sun_radiance(t->scene, s, direction, &seen);
     all = v3_add(all, radiance);
     weighed = v3_mad(radiance, direct_weight_sun(t, p, reach, i), weighed);
   }

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "geometry/geometry.h"
+#include "light/frequency.h"
 #include "light/join_follow.h"
 #include "render/camera.h"
 #include "render/direct.h"
@@ -110,7 +111,10 @@ static void add_image(finder *f, int star, int far, const joint *j, const double
   if (f->listed[star] == BENT_STAR_IMAGES_MAX || !(im.solid_angle > 0) || !camera_cast(camera, place[0], place[1], &ray))
     return;
   f->listed[star]++;
-  im.throughput = v3_splat(bounded(1 / j->spread, j->swept) / j->way_chance);
+  ray_history seen = im.ray;
+  frequency_leave(f->tracer.scene->geometry, f->tracer.eye, j->launch, &seen);
+  const double brightness = bounded(1 / j->spread, j->swept) / j->way_chance;
+  im.throughput = shading_shifted(f->tracer.scene->shading, v3_splat(brightness), &seen);
   bent_ray *out = &f->rays[f->count];
   *out = (bent_ray){.length_min = ray.length_min, .length_max = ray.length_max, .visibility = BENT_VISIBLE_CAMERA};
   path_set_ray(&f->tracer, out, ray.origin, j->launch, NULL);

@@ -71,6 +71,10 @@ DISK_FUNCTION disk_drag(REAL r, REAL a)
 
 /* ---- Shift of frequency ---- */
 
+/* How much brighter light of an unknown spectrum is when its frequency is g times what it was: the sum over all
+ * frequencies goes with g^4 (I(nu) dnu = g^3 I_emitted(nu / g) dnu). */
+DISK_FUNCTION shifted_brightness(REAL g) { return g * g * g * g; }
+
 /* Light's conserved energy, which is its frequency at infinity, over its frequency to the local observer. */
 DISK_FUNCTION disk_gravitational(REAL r, REAL a, REAL k_phi)
 {

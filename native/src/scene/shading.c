@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "scene/disk.h"
 #include "scene/fresnel.h"
 #include "scene/microfacet_energy.h"
 #include "scene/program.h"
@@ -16,6 +17,7 @@ struct shading {
   program *materials;
   program world;
   int has_world;
+  double gravitational; /* power to which the shift of frequency is raised */
 };
 
 bent_status shading_new(shading **out, bent_error *error)
@@ -103,6 +105,23 @@ bent_status bent_scene_set_world(bent_scene *scene, const bent_program *source, 
   return status;
 }
 
+bent_status bent_scene_set_gravitational(bent_scene *scene, double amount, bent_error *error)
+{
+  if (!(amount >= 0 && amount <= 1))
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "set_gravitational: the amount must lie in [0, 1], got %g", amount);
+  scene_edited(scene);
+  scene->shading->gravitational = amount;
+  return BENT_OK;
+}
+
+int shading_shifts(const shading *shading) { return shading->gravitational > 0; }
+
+vec3 shading_shifted(const shading *shading, vec3 light, const ray_history *ray)
+{
+  if (!shading_shifts(shading) || !(ray->frequency > 0)) return light;
+  return v3_scale(light, shifted_brightness(pow(ray->frequency, shading->gravitational)));
+}
+
 static const program *material_program(const shading *shading, int material)
 {
   return material >= 0 && material < shading->material_count ? &shading->materials[material] : NULL;
@@ -122,6 +141,7 @@ void shading_evaluate(const shading *shading, int material, const shade_point *p
   const program *program = material_program(shading, material);
   if (program) {
     run(shading, program, point, out, 0);
+    if (!program->asks_frequency) out->emission = shading_shifted(shading, out->emission, &point->ray);
   } else { /* Blender's look of an object without a material */
     out->count = out->delta_count = 0;
     out->emission = out->holdout = v3(0, 0, 0);
@@ -136,7 +156,7 @@ vec3 shading_emission(const shading *shading, int material, const shade_point *p
   if (!program || !program->may_emit) return v3(0, 0, 0);
   closure_set set = {.closures = NULL};
   run(shading, program, point, &set, 1);
-  return set.emission;
+  return program->asks_frequency ? set.emission : shading_shifted(shading, set.emission, &point->ray);
 }
 
 const vec3 *shading_even_emission(const shading *shading, int material)
@@ -144,7 +164,7 @@ const vec3 *shading_even_emission(const shading *shading, int material)
   static const vec3 dark = {0, 0, 0};
   const program *program = material_program(shading, material);
   if (!program) return &dark;
-  return program->emits_evenly ? &program->emission : NULL;
+  return program->emits_evenly && !(program->may_emit && shading_shifts(shading)) ? &program->emission : NULL;
 }
 
 vec3 shading_sky(const shading *shading, vec3 direction, const vec3 across[2], const ray_history *ray)
@@ -156,7 +176,7 @@ vec3 shading_sky(const shading *shading, vec3 direction, const vec3 across[2], c
   point.ray.bounces++; /* Cycles counts the sky as one further */
   closure_set set = {.closures = NULL};
   run(shading, &shading->world, &point, &set, 1);
-  return set.emission;
+  return shading_shifted(shading, set.emission, ray);
 }
 
 int shading_sky_has_levels(const shading *shading)
@@ -198,14 +218,14 @@ int shading_asks_tangent(const shading *shading, int material)
 int shading_asks_frequency(const shading *shading, int material)
 {
   const program *program = material_program(shading, material);
-  return program && program->asks_frequency;
+  return (program && program->asks_frequency) || shading_shifts(shading);
 }
 
 int shading_any_asks_frequency(const shading *shading)
 {
   for (int i = 0; i < shading->material_count; i++)
     if (shading->materials[i].asks_frequency) return 1;
-  return 0;
+  return shading_shifts(shading);
 }
 
 int shading_sky_asks_scattering(const shading *shading) { return shading->has_world && shading->world.asks_scattering; }

@@ -94,7 +94,12 @@ int shading_asks_scattering(const shading *shading, int material);
 int shading_asks_length(const shading *shading, int material);
 /* Nonzero if a material depends on the tangent. */
 int shading_asks_tangent(const shading *shading, int material);
-/* Nonzero if a material, or any of them all, depends on the shift of frequency. */
+/* Nonzero if light is shifted by gravity: then radiance depends on the ray's frequency. */
+int shading_shifts(const shading *shading);
+/* Light as it is at the path's beginning, if the history of the ray that meets it tells how its frequency is shifted. The
+ * functions above do that themselves, but for materials that ask for the shift: those color light by it. */
+vec3 shading_shifted(const shading *shading, vec3 light, const ray_history *ray);
+/* Nonzero if what a material, or any of them all, emits depends on the shift of frequency. */
 int shading_asks_frequency(const shading *shading, int material);
 int shading_any_asks_frequency(const shading *shading);
 int shading_sky_asks_scattering(const shading *shading);
