@@ -10,7 +10,7 @@ import bpy
 from ..report import RenderError
 from ..sync import spacetime
 from ..sync.scene_data import SpacetimeData
-from . import disk, disk_material, lens, radius, tables
+from . import disk, disk_material, lens, radius, stars, tables
 
 
 def is_set_up(scene: bpy.types.Scene) -> bool:
@@ -46,7 +46,7 @@ def setup(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> tuple[list[
     depsgraph.update()
     done = [f"{len(holes)} lens{'es' if len(holes) > 1 else ''}", *_settings(scene, len(holes))]
     update(scene, depsgraph)
-    return done, warnings
+    return done, warnings + stars.warnings(scene)
 
 
 def _holes(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[bpy.types.Object]:
@@ -144,6 +144,7 @@ def clear(scene: bpy.types.Scene) -> list[str]:
         if getattr(scene.cycles, name) == new:
             setattr(scene.cycles, name, old)
     scene.bentlight.property_unset("cycles_before")
+    stars.remove(scene)
     return [f"{len(lenses)} lens{'es' if len(lenses) != 1 else ''} removed, settings of Cycles as they were"]
 
 
@@ -155,10 +156,11 @@ def _forget_radius(settings: bpy.types.PropertyGroup) -> None:
 
 
 def update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    """Makes every lens what its hole is in this frame, and missing tables. Writes only what has changed.
+    """Makes every lens what its hole is in this frame, stars, and missing tables. Writes only what has changed.
 
     Raises RenderError where holes are not as they must be.
     """
+    stars.update(scene)
     lenses = {name: obj for name, obj in lens.find(scene).items() if name}
     items, shown = [], set()
     for name, obj in lenses.items():

@@ -100,7 +100,7 @@ class Compiler:
         self.shade(Scope(), socket, self.builder.constant(1.0) if weight is None else weight)
         for source in shaders_behind(Scope(), socket):
             weight = self._weights.pop(source.key, None)
-            function = SHADER_NODES.get(source.node.bl_idname, self._unsupported_shader)
+            function = SHADER_NODES.get(source.node.bl_idname, NodeView.unsupported)
             if weight is not None:
                 function(NodeView(self, source.scope, source.node), weight)
 
@@ -157,12 +157,6 @@ class Compiler:
             return self.emit("average", operand)
         return operand
 
-    def _unsupported_shader(self, node: NodeView, weight: int) -> None:
-        """A diffuse surface of the node's color stands for a shader that is not known."""
-        node.warn(f"'{node.node.bl_label}' is not supported yet; a diffuse surface is used instead")
-        color = node.input("Color") if "Color" in node.node.inputs else node.constant(0.8)
-        node.emit("diffuse", weight, color, node.constant(0.0), node.coordinate("SHADING_NORMAL"))
-
 
 @dataclass(frozen=True)
 class NodeView:
@@ -218,6 +212,12 @@ class NodeView:
     def emit(self, operation: str, *operands: int, immediates: tuple = ()) -> int:
         """An instruction; its first output, which the others follow."""
         return self.compiler.emit(operation, *operands, immediates=immediates)
+
+    def unsupported(self, weight: int) -> None:
+        """A diffuse surface of the node's color stands for a shader that is not known."""
+        self.warn(f"'{self.node.bl_label}' is not supported yet; a diffuse surface is used instead")
+        color = self.input("Color") if "Color" in self.node.inputs else self.constant(0.8)
+        self.emit("diffuse", weight, color, self.constant(0.0), self.coordinate("SHADING_NORMAL"))
 
     def warn(self, text: str) -> None:
         """A warning that names owner and node."""

@@ -5,6 +5,9 @@ from __future__ import annotations
 from .compiler import NodeView, shader_node
 from .film import emit_film
 
+STARS_MARK = "bentlight_stars"
+"""Property of the node that shows a world's stars in Cycles; the core draws them itself."""
+
 
 @shader_node("ShaderNodeBsdfPrincipled")
 def _principled(node: NodeView, weight: int) -> None:
@@ -113,6 +116,12 @@ def _mix_shader(node: NodeView, weight: int) -> None:
     rest = node.emit("math", node.constant(1.0), factor, node.constant(0.0), immediates=("SUBTRACT",))
     node.shade("Shader", node.emit("multiply", weight, rest))
     node.shade("Shader_001", node.emit("multiply", weight, factor))
+
+
+@shader_node("ShaderNodeScript")
+def _script(node: NodeView, weight: int) -> None:
+    if STARS_MARK not in node.node:
+        node.unsupported(weight)
 
 
 @shader_node("ShaderNodeAddShader")

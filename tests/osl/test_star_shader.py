@@ -1,0 +1,132 @@
+"""Stars in Cycles: as much light as the engine's, straight and by way of a lens, and what setting up does to worlds."""
+
+import bpy
+import numpy as np
+import objects
+import rendering
+
+from blender_addon.cycles import setup, star_cells, stars
+
+SEEDS, SAMPLES = 8, 256
+
+
+def add_stars(scene, count=3):
+    """A hole beside the camera, a camera that looks past it, and few stars."""
+    settings = scene.world.bentlight
+    settings.stars, settings.star_count, settings.star_seed, settings.star_strength = "PROCEDURAL", count, 5, 1e3
+    bpy.ops.bentlight.black_hole_add(mass=0.1, location=(0, 0, 0))
+    hole = bpy.context.object
+    hole.bentlight.sphere_radius = 2.0
+    return hole
+
+
+def look_past(scene, hole, star):
+    """The camera looks at a star, the hole stands behind it."""
+    camera = objects.camera((0, 0, 0), tuple(10 * star), lens_mm=50)
+    hole.location = -8 * star
+    return camera
+
+
+def directions(scene):
+    return stars.read_stars(scene.world).directions
+
+
+def compare(scene):
+    """All light in the picture by both renderers: a Z-test. The engine's has no noise."""
+    rendering.set_size(scene, 24, 24)
+    scene.cycles.filter_width = 1.0  # a box: the weights of a point in all pixels add up to 1, wherever it is
+    bpy.ops.bentlight.cycles_setup()
+    ours = rendering.render(scene, "BENTLIGHT", 0, 1).sum(axis=(0, 1))
+    theirs = np.array([rendering.render(scene, "CYCLES", seed, SAMPLES).sum(axis=(0, 1)) for seed in range(SEEDS)])
+    error = theirs.std(axis=0, ddof=1) / np.sqrt(SEEDS)
+    assert (error < 0.03 * ours).all()
+    assert np.abs((theirs.mean(axis=0) - ours) / error).max() < 5  # of Student's distribution: 1 in 600
+
+
+def test_a_star_has_as_much_light_as_in_the_engine(scene):
+    hole = add_stars(scene)
+    look_past(scene, hole, directions(scene)[0])
+    compare(scene)
+
+
+def test_lenses_magnify_stars_as_the_engine_does(scene):
+    """Both images of a star that is nearly behind the hole, in all several times as bright as without it."""
+    add_stars(scene, count=1)
+    star = directions(scene)[0]
+    aside = np.cross(star, (0.3, 0.5, -0.4))
+    objects.camera(tuple(-9 * star + 0.9 * aside), (0, 0, 0), lens_mm=60)
+    compare(scene)
+
+
+def test_stars_are_seen_by_the_camera_alone(scene):
+    """As in the engine: they light nothing."""
+    hole = add_stars(scene, count=2000)
+    hole.location = (0, 0, 50)
+    white = bpy.data.materials.new("White")
+    objects.quad("Wall", (-9, 3, -9), (18, 0, 0), (0, 0, 18), white)
+    objects.camera((0, -8, 0), (0, 3, 0))
+    bpy.ops.bentlight.cycles_setup()
+    assert rendering.render(scene, "CYCLES", 0, 4).max() == 0
+
+
+def world_state(scene):
+    tree = scene.world.node_tree
+    links = sorted(
+        (a.from_node.name, a.from_socket.identifier, a.to_node.name, a.to_socket.identifier) for a in tree.links
+    )
+    return sorted(node.name for node in tree.nodes), links
+
+
+def test_setting_up_and_taking_back(scene):
+    add_stars(scene)
+    before = world_state(scene)
+    bpy.ops.bentlight.cycles_setup()
+    assert len(world_state(scene)[0]) == len(before[0]) + 2
+    again = world_state(scene)
+    bpy.ops.bentlight.cycles_setup()
+    assert world_state(scene) == again
+    bpy.ops.bentlight.cycles_clear()
+    assert world_state(scene) == before
+
+
+def test_stars_follow_the_world(scene, tmp_path):
+    """Other stars are another table; a table that is lost is made again; without stars the world is as it was."""
+    add_stars(scene)
+    before = world_state(scene)
+    bpy.ops.bentlight.cycles_setup()
+    node = stars._find(scene.world.node_tree)
+    first = node.inputs["Cells"].default_value
+    scene.world.bentlight.star_seed += 1
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    setup.update(scene, depsgraph)
+    assert node.inputs["Cells"].default_value != first
+    node.inputs["Cells"].default_value = str(tmp_path / "lost.exr")
+    setup.update(scene, depsgraph)
+    assert node.inputs["Cells"].default_value not in (first, str(tmp_path / "lost.exr"))
+    scene.world.bentlight.stars = "OFF"
+    setup.update(scene, depsgraph)
+    assert world_state(scene) == before
+
+
+def test_the_engine_draws_its_stars_once(scene):
+    """What is added for Cycles is not rendered by the engine as well."""
+    hole = add_stars(scene)
+    look_past(scene, hole, directions(scene)[0])
+    before = rendering.render(scene, "BENTLIGHT", 0, 1)
+    bpy.ops.bentlight.cycles_setup()
+    np.testing.assert_array_equal(rendering.render(scene, "BENTLIGHT", 0, 1), before)
+
+
+def test_cells_hold_all_light_and_each_star_near_its_place():
+    rng = np.random.default_rng(2)
+    where = rng.normal(size=(5000, 3))
+    where /= np.linalg.norm(where, axis=1, keepdims=True)
+    where[:3] = (0, 0, 1), (0, 0, -1), (-1, 0, 0)
+    light = rng.uniform(0, 1, (5000, 3))
+    size = star_cells.size_for(len(where))
+    cells = star_cells.star_cells(where, light, size)
+    np.testing.assert_allclose(cells[..., 3:].sum(axis=(0, 1)), light.sum(axis=0), rtol=1e-5)
+    kept = cells[cells[..., 3:].sum(axis=-1) > 0][:, :3].astype(float)
+    assert 0.95 * len(where) < len(kept) <= len(where)
+    nearest = np.array([np.linalg.norm(kept - star, axis=1).min() for star in where[:500]])
+    assert (nearest < 1e-6).mean() > 0.9 and nearest.max() < 1.5 * 2 * np.pi / size
