@@ -1,6 +1,7 @@
 /* Spherical caps: round sets of directions, such as a sun's disk or a wormhole's mouth as a point sees it. */
 #ifndef BENT_BASE_CAP_H
 #define BENT_BASE_CAP_H
+#include "base/turn.h"
 #include "base/vec3.h"
 
 typedef struct cap {
@@ -27,10 +28,11 @@ static inline int cap_covers(const cap *c, vec3 direction)
 static inline vec3 cap_draw(const cap *c, double u, double v)
 {
   const double chord2 = c->chord2 * u, down = chord2 / 2, across = sqrt(max2(chord2 - down * down, 0));
-  const double turn = 2 * M_PI * v;
+  double sine, cosine;
+  turn_sincos(v, &sine, &cosine);
   vec3 x, y;
   v3_basis(c->axis, &x, &y);
-  return v3_normalize(v3_mad(x, across * cos(turn), v3_mad(y, across * sin(turn), v3_scale(c->axis, 1 - down))));
+  return v3_normalize(v3_mad(x, across * cosine, v3_mad(y, across * sine, v3_scale(c->axis, 1 - down))));
 }
 
 /* What part of the light that an evenly diffuse surface scatters comes from a cap, about: exact for a cap above

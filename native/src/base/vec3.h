@@ -44,7 +44,7 @@ static inline void v3_basis(vec3 z, vec3 *x, vec3 *y)
 static inline int v3_is_finite(vec3 a) { return isfinite(a.x) && isfinite(a.y) && isfinite(a.z); }
 /* Of colors. */
 static inline vec3 v3_splat(double x) { return (vec3){x, x, x}; }
-static inline double v3_average(vec3 a) { return (a.x + a.y + a.z) / 3; }
+static inline double v3_average(vec3 a) { return (a.x + a.y + a.z) * (1.0 / 3); }
 static inline double v3_max(vec3 a) { return max2(a.x, max2(a.y, a.z)); }
 static inline double saturate(double x) { return x > 0 ? (x < 1 ? x : 1) : 0; }
 static inline vec3 v3_saturate(vec3 a) { return (vec3){saturate(a.x), saturate(a.y), saturate(a.z)}; }

@@ -23,5 +23,5 @@ double flat_land(const geometry *g, const found *f, vec3 origin, vec3 direction,
   hit->instance = f->instance, hit->triangle = f->triangle;
   hit->barycentric[0] = b[0], hit->barycentric[1] = b[1];
   v3_to(hit->position, position);
-  return fmax(length, 0);
+  return max2(length, 0);
 }

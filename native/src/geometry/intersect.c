@@ -95,7 +95,7 @@ static view look(const geometry *g, const bent_ray *ray, const traveler *t, doub
 {
   view v;
   v.next = next_lens(g, t->position, t->direction, t->left, &v.entry);
-  const double near = fmax(ray->length_min - length, 0), far = fmin(ray->length_max - length, v.entry);
+  const double near = max2(ray->length_min - length, 0), far = min2(ray->length_max - length, v.entry);
   v.seen = ray->visibility && far >= near && flat_ask(g, ray, t->position, t->direction, near, far, t->leaving, &v.found);
   return v;
 }

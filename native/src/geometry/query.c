@@ -17,15 +17,15 @@ static const double ABOVE = 2, INSIDE = 32;
 /* Embree's test of a triangle of size 1 from a point in its plane is off by no more. */
 static const double TRIANGLE_ROUNDING = 8 * 0x1p-24;
 
-/* The point of the source triangle nearest to `origin` that keeps INSIDE * rounding from its edges. */
-static vec3 pull_inside(const triangle *t, vec3 origin, double rounding)
+/* The point of the source triangle, whose first two edges are no longer than `size`, nearest to `origin` that keeps
+ * INSIDE * rounding from its edges. */
+static vec3 pull_inside(const triangle *t, double size, vec3 origin, double rounding)
 {
   double b[3], margin[3], excess = 0;
   triangle_barycentric(t, origin, &b[1]);
   b[0] = 1 - b[1] - b[2];
   const double area = v3_length(t->normal); /* twice the triangle's; divided by an edge it is the height above it */
-  const double longest = v3_length(t->edge1) + v3_length(t->edge2);
-  if (min2(b[0], min2(b[1], b[2])) * area >= INSIDE * rounding * longest) return origin;
+  if (min2(b[0], min2(b[1], b[2])) * area >= INSIDE * rounding * 2 * size) return origin;
   const double opposite[3] = {v3_length(v3_sub(t->edge2, t->edge1)), v3_length(t->edge2), v3_length(t->edge1)};
   int moved = 0;
   for (int i = 0; i < 3; i++) {
@@ -48,11 +48,11 @@ static vec3 leave(const geometry *g, const query *q)
   const double area = v3_length(t.normal);
   if (!(area > 0)) return q->start;
   const vec3 seen = v3_sub(q->start, g->origin);
-  const double coordinate = fmax(fabs(seen.x), fmax(fabs(seen.y), fabs(seen.z)));
-  const double size = fmax(v3_length(t.edge1), v3_length(t.edge2));
+  const double coordinate = max2(fabs(seen.x), max2(fabs(seen.y), fabs(seen.z)));
+  const double size = sqrt(max2(v3_dot(t.edge1, t.edge1), v3_dot(t.edge2, t.edge2)));
   const double rounding = i->float_error_offset + i->float_error_scale * coordinate + TRIANGLE_ROUNDING * size;
   const double side = v3_dot(t.normal, q->departure) < 0 ? -1 : 1;
-  return v3_mad(t.normal, side * ABOVE * rounding / area, pull_inside(&t, q->start, rounding));
+  return v3_mad(t.normal, side * ABOVE * rounding / area, pull_inside(&t, size, q->start, rounding));
 }
 
 /* The query's ray in double precision. */
@@ -83,7 +83,7 @@ int geometry_query(const geometry *g, const query *q, found *out)
 {
   const embree_table *e = embree();
   const line l = line_of(g, q);
-  const double early = fmax(-q->near, 0);
+  const double early = max2(-q->near, 0);
   const vec3 start = v3_mad(l.span, -early, l.start);
   const instance *i = q->inside;
   const vec3 origin = i ? mat4_point(&i->mesh_from_world, start) : v3_sub(start, g->origin);

@@ -177,32 +177,33 @@ void light_tree_free(light_tree *tree)
   free(tree);
 }
 
-/* cos(max(a - b, 0)) of two angles in [0, pi], given by cosine and sine. */
-static double cos_less(double cos_a, double sin_a, double cos_b, double sin_b)
+/* cos(max(a - b, 0)) of two angles in [0, pi], given by their cosines and the sine of b. */
+static double cos_less(double cos_a, double cos_b, double sin_b)
 {
-  return cos_a >= cos_b ? 1 : cos_a * cos_b + sin_a * sin_b;
+  return cos_a >= cos_b ? 1 : cos_a * cos_b + sqrt(max2(1 - cos_a * cos_a, 0)) * sin_b;
 }
-static double sin_of(double cosine) { return sqrt(max2(1 - cosine * cosine, 0)); }
 
 /* An upper bound, about, of what the node's emitters give. */
 static double weight_of(const node *n, vec3 point, vec3 normal, double floor)
 {
   const vec3 to = v3_sub(point, n->center);
   const double distance2 = v3_dot(to, to), radius2 = n->radius * n->radius;
-  const double weight = n->cluster.power / max2(max2(distance2, radius2), 1e-300);
-  if (distance2 <= radius2) return weight;
-  const double inverse = 1 / sqrt(distance2), cos_box = sqrt(1 - radius2 / distance2), sin_box = n->radius * inverse;
+  if (distance2 <= radius2) return n->cluster.power / max2(radius2, 1e-300);
+  const double inverse = 1 / sqrt(max2(distance2, 1e-300)), sin_box = n->radius * inverse;
+  const double weight = n->cluster.power * inverse * inverse, cos_box = sqrt(max2(1 - sin_box * sin_box, 0));
   double facing = 1, lit = 1;
   if (!n->cluster.around) {
-    const double cosine = v3_dot(to, n->cluster.axis) * inverse, sine = sin_of(cosine);
-    const double in_cone = cos_less(cosine, sine, n->cluster.cos_normals, n->cluster.sin_normals);
-    facing = max2(cos_less(in_cone, sin_of(in_cone), cos_box, sin_box), floor);
+    const double cosine = v3_dot(to, n->cluster.axis) * inverse;
+    const double in_cone = n->cluster.cos_normals < 1 ? cos_less(cosine, n->cluster.cos_normals, n->cluster.sin_normals)
+                                                      : cosine; /* a flat lamp */
+    facing = max2(cos_less(in_cone, cos_box, sin_box), floor);
+    if (!(facing > 0)) return 0;
   }
   if (v3_dot(normal, normal) > 0) {
     const double cosine = -v3_dot(to, normal) * inverse;
-    lit = max2(cos_less(cosine, sin_of(cosine), cos_box, sin_box), floor);
+    lit = max2(cos_less(cosine, cos_box, sin_box), floor);
   }
-  return facing > 0 && lit > 0 ? weight * facing * lit : 0;
+  return lit > 0 ? weight * facing * lit : 0;
 }
 
 double light_tree_weight(const light_tree *tree, vec3 point, vec3 normal)

@@ -26,13 +26,13 @@ static local_frame frame_at(const geometry *g, vec3 position)
   return frame;
 }
 
-/* Local components e_(a)^i n_i of a covector, normalized. */
+/* Local components e_(a)^i n_i of a covector, up to a positive factor. */
 static vec3 local_covector(const local_frame *frame, vec3 covector)
 {
-  if (!frame->lens) return v3_normalize(covector);
+  if (!frame->lens) return covector;
   const vec3 n = mat4_transposed_vector(&frame->lens->world_from_spacetime, covector), *row = frame->from_covector;
   const vec3 local = v3(v3_dot(row[0], n), v3_dot(row[1], n), v3_dot(row[2], n));
-  return v3_normalize(mat4_vector(&frame->lens->world_from_spacetime, local));
+  return mat4_vector(&frame->lens->world_from_spacetime, local);
 }
 
 /* Local components e^(a)_i t^i of a vector: the inverse transpose, here as the cofactors. Not normalized. */
@@ -96,14 +96,14 @@ void surface_at(const bent_scene *scene, const bent_hit *hit, double length, sur
                      .mesh_attributes = &m->attributes, .instance_attributes = &inst->attributes,
                      .triangle = hit->triangle, .scene = scene, .instance = hit->instance,
                    .edges = {edge1, edge2}};
-  vec3 own = local_covector(&frame, mat4_transposed_vector(&inst->mesh_from_world, v3_cross(edge1, edge2)));
+  vec3 own = v3_normalize(local_covector(&frame, mat4_transposed_vector(&inst->mesh_from_world, v3_cross(edge1, edge2))));
   if (!(v3_dot(own, own) > 0.5)) own = p->wo; /* a triangle without area is seen face on */
   vec3 smooth = own;
   if (m->corner_normals) {
     const float(*n)[3] = m->corner_normals[hit->triangle];
     const vec3 blended = blend(w, n[0], n[1], n[2]);
     p->normal_length = v3_length(blended);
-    smooth = local_covector(&frame, mat4_transposed_vector(&inst->mesh_from_world, blended));
+    smooth = v3_normalize(local_covector(&frame, mat4_transposed_vector(&inst->mesh_from_world, blended)));
     if (!(v3_dot(smooth, own) > 0)) smooth = own; /* garbage, or so coarse that it points inside */
   }
   if (m->corner_uvs) {

@@ -1,6 +1,8 @@
 /* See triangle.h. */
 #include "light/triangle.h"
 
+#include "base/turn.h"
+
 /* Below this solid angle the area is as good, and rounding as bad. */
 static const double SOLID_ANGLE_MIN = 1e-5;
 /* A surface seems to face a corner of the triangle by at least this cosine. */
@@ -57,14 +59,15 @@ static double face(const triangle_view *view, vec3 normal, double *u, double *v)
 static void place_seen(const triangle_view *view, double u, double v, double barycentric[2])
 {
   const double ab = view->cosine[0], bc = view->cosine[1], ca = view->cosine[2];
-  const double sin_ab = sqrt(1 - ab * ab), sin_ca = sqrt(1 - ca * ca);
-  const double cos_a = (bc - ab * ca) / (sin_ab * sin_ca), sin_a = view->volume / (sin_ab * sin_ca);
-  const double part = u * view->solid_angle, cos_part = cos(part), sin_part = sin(part);
+  /* at corner a: cosine and sine of the angle, both times the sines of the sides that meet there */
+  const double cos_a = bc - ab * ca, sin_a = view->volume, sines2 = cos_a * cos_a + sin_a * sin_a;
+  double sin_part, cos_part;
+  turn_sincos(u * view->solid_angle * (0.5 / M_PI), &sin_part, &cos_part);
   const double s = sin_part * cos_a - cos_part * sin_a, t = cos_part * cos_a + sin_part * sin_a;
   const double p = t - cos_a, q = s + sin_a * ab;
-  const double cos_c = min2(max2(((q * t - p * s) * cos_a - q) / ((q * s + p * t) * sin_a), ca), 1);
+  const double cos_c = min2(max2(((q * t - p * s) * cos_a - q * sines2) / ((q * s + p * t) * sin_a), ca), 1);
   /* the point on the side from a to c, and the one on the arc from it to b */
-  const double c = sqrt(1 - cos_c * cos_c) / sin_ca, a = cos_c - c * ca, split_b = a * ab + c * bc;
+  const double c = sqrt((1 - cos_c * cos_c) / (1 - ca * ca)), a = cos_c - c * ca, split_b = a * ab + c * bc;
   const double cos_b = 1 - v * (1 - split_b), w = sqrt((1 - cos_b * cos_b) / (1 - split_b * split_b));
   const double share[3] = {w * a * view->nearness[0], (cos_b - w * split_b) * view->nearness[1],
                            w * c * view->nearness[2]};

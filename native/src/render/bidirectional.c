@@ -83,9 +83,9 @@ double bidirectional_rivals(const tracer *t, const path_block *block, const lit_
   const double to_light = chain_squared(v->chain.frequency / frequency_at(t->scene->geometry, s->target));
   const double reverse_spread = j->spread / to_light;
   const double density = lights_direction_pdf(t->scene->lights, s, v3_scale(j->arrival, -1)) *
-                         view_cosine(&v->point, j->launch) / reverse_spread; /* with which light comes here, by area */
+                         view_cosine(&v->surface.point, j->launch) / reverse_spread; /* with which light comes here, by area */
   return chain_squared(started / (s->probability * j->chance) * density) *
-         chain_sum(&v->chain, view_back(&from_light, v->point.wo));
+         chain_sum(&v->chain, view_back(&from_light, v->surface.point.wo));
 }
 
 /* ---- Connections with light subpaths ---- */
@@ -114,11 +114,11 @@ static vec3 connected_light(const tracer *t, const path_block *block, const lit_
   const vec3 dark = v3(0, 0, 0), to_lamp = v3_scale(v3_from(l->hit.direction), -1), back = v3_scale(j->arrival, -1);
   bsdf_sample here, there; /* as if drawn */
   view seen, from_light, from_lamp;
-  if (!bsdf_drawn(&v->set, &v->point, j->launch, u[0], &here)) return dark;
+  if (!bsdf_drawn(&v->set, &v->surface.point, j->launch, u[0], &here)) return dark;
   view_at(t, &l->hit, back, room, &seen);
   if (seen.see_through || !bsdf_drawn(&seen.set, &seen.point, to_lamp, 0, &there)) return dark;
-  if (!light_path_allowed(t, path_scattered(v->point.ray, &v->set, here.lobe, 0), l, &seen, u[1])) return dark;
-  const double cosine = view_cosine(&v->point, j->launch), far_cosine = view_cosine(&seen.point, j->arrival);
+  if (!light_path_allowed(t, path_scattered(v->surface.point.ray, &v->set, here.lobe, 0), l, &seen, u[1])) return dark;
+  const double cosine = view_cosine(&v->surface.point, j->launch), far_cosine = view_cosine(&seen.point, j->arrival);
   const double geometry = far_cosine / (j->spread * l->cosine * j->chance);
   const vec3 scattered = v3_mul(v3_scale(here.weight, here.pdf), v3_scale(there.weight, there.pdf));
   const vec3 unweighed = v3_scale(v3_mul(v3_mul(v->beta, l->flux), scattered), geometry);
@@ -130,7 +130,7 @@ static vec3 connected_light(const tracer *t, const path_block *block, const lit_
   const double from_start = view_back(&from_lamp, back).pdf * cosine / reverse;
   const chain far_chain = light_vertex_chain(t, l, &seen);
   const double rivals =
-      chain_squared(from_start / j->chance) * chain_sum(&v->chain, view_back(&from_light, v->point.wo)) +
+      chain_squared(from_start / j->chance) * chain_sum(&v->chain, view_back(&from_light, v->surface.point.wo)) +
       chain_squared(from_camera / j->chance) *
           chain_sum(&far_chain, (chain_back){portal_pdf(&seen.mix, to_lamp, there.pdf), 1});
   const vec3 light = v3_scale(unweighed, 1 / (1 + rivals));
@@ -141,7 +141,7 @@ static vec3 connected_light(const tracer *t, const path_block *block, const lit_
 static void add_connections(const tracer *t, path_block *block, const lit_vertex *v, const light_vertex *l, int choices,
                             const joints *joints, const double u[SAMPLER_DIMENSIONS])
 {
-  const uint32_t bounces = v->point.ray.bounces + l->history.bounces + 3 - (uint32_t)l->first;
+  const uint32_t bounces = v->surface.point.ray.bounces + l->history.bounces + 3 - (uint32_t)l->first;
   for (int k = 0; k < joints->count; k++) {
     const joint *j = &joints->list[k];
     const double least = joints->rest * t->settings->light_threshold / choices; /* less does not survive the roulette below */
@@ -149,12 +149,12 @@ static void add_connections(const tracer *t, path_block *block, const lit_vertex
     light = path_limited(t, bounces, light);
     const double value = v3_max(light), chance = value / max2(t->settings->light_threshold, value);
     if (!(value > 0) || joints->rest >= chance) continue;
-    ray_history history = v->point.ray;
+    ray_history history = v->surface.point.ray;
     history.transparent += l->history.transparent;
     const shadow s = {.path = (int)(v->path - block->paths), .kind = LIGHT_TRIANGLE, .target = v3_from(l->hit.position),
                       .instance = l->hit.instance, .triangle = l->hit.triangle, .swept = j->swept,
                       .borders = j->borders, .straight = joint_is_straight(j), .light = v3_scale(light, 1 / (chance * j->way_chance)),
-                      .blockers = UINT64_MAX, .from = v->point.position, .ray = history};
+                      .blockers = UINT64_MAX, .from = v->surface.point.position, .ray = history};
     direct_add_shadow(t, block, &s, BENT_SHADOW, j->launch, v->hit)->length_max =
         joint_is_straight(j) ? sqrt(j->spread) : INFINITY;
   }
@@ -170,7 +170,7 @@ void bidirectional_connect(const tracer *t, path_block *block, int count, const 
   for (int i = 0; i < count; i++) {
     light[n] = choose(t, block, &vertices[i], &choices[n], u[n]);
     if (!light[n]) continue;
-    from[n] = vertices[i].point.position, to[n] = v3_from(light[n]->hit.position);
+    from[n] = vertices[i].surface.point.position, to[n] = v3_from(light[n]->hit.position);
     images[n] = u[n][1];
     which[n++] = i;
   }

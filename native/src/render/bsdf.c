@@ -206,8 +206,9 @@ static void draw_cosine(const closure *c, double u0, double u1, bsdf_sample *out
   const frame f = c->kind == CLOSURE_SHEEN ? frame_of(c) : frame_around(c->normal);
   const int through = c->kind == CLOSURE_TRANSLUCENT, uniform = c->kind == CLOSURE_VELVET;
   const double r = sqrt(uniform ? u0 * (2 - u0) : u0), z = uniform ? 1 - u0 : sqrt(max2(1 - u0, 0));
-  const double phi = 2 * MICROFACET_PI * u1;
-  vec3 w = v3(r * cos(phi), r * sin(phi), through ? -z : z);
+  double sine, cosine;
+  turn_sincos(u1, &sine, &cosine);
+  vec3 w = v3(r * cosine, r * sine, through ? -z : z);
   if (c->kind == CLOSURE_SHEEN) w = sheen_direction(c->sheen_a, c->sheen_b, w);
   out->wi = out_of_frame(&f, w);
   out->lobe = through ? LOBE_TRANSMISSION : is_diffuse(c) ? LOBE_DIFFUSE : LOBE_GLOSSY;
@@ -224,8 +225,9 @@ static int draw_entry(const closure *c, const shade_point *point, double u0, dou
   out->weight = c->weight;
   vec3 w;
   if (c->method == SUBSURFACE_SKIN && u2 < 0.5) {
-    const double r = sqrt(u0), phi = 2 * MICROFACET_PI * u1;
-    w = v3(r * cos(phi), r * sin(phi), -sqrt(max2(1 - u0, 0)));
+    double sine, cosine;
+    turn_sincos(u1, &sine, &cosine);
+    w = v3(sqrt(u0) * cosine, sqrt(u0) * sine, -sqrt(max2(1 - u0, 0)));
   } else {
     if (wo.z <= 0) return 0;
     const vec3 h = ggx_sample_visible(wo, c->alpha, c->alpha, u0, u1);

@@ -11,6 +11,8 @@
 enum { VISIBLE_SCATTERING = BENT_VISIBLE_DIFFUSE | BENT_VISIBLE_GLOSSY | BENT_VISIBLE_TRANSMISSION };
 /* Fainter images than this part of a vertex' brightest one get a shadow ray by chance only. */
 static const double FAINT = 0.05;
+/* What a shadow ray meets nearer than this to its target, in parts of their distance, is not before it. */
+static const double SLACK = 1e-6;
 /* The least chance with which a vertex is joined with a light where that is slow. */
 static const double CHANCE_LEAST = 0.1;
 
@@ -237,10 +239,10 @@ static vec3 scattered_light(const tracer *t, const lit_vertex *v, const light_sa
   vec3 sum = v3(0, 0, 0);
   for (int k = 0; k < (b->asks_scattering ? 3 : 1); k++) {
     const uint32_t kinds = b->asks_scattering ? (uint32_t)KINDS[k] : UINT32_MAX;
-    const vec3 value = bsdf_evaluate(&v->set, &v->point, j->launch, b->visibility & kinds, pdf);
+    const vec3 value = bsdf_evaluate(&v->set, &v->surface.point, j->launch, b->visibility & kinds, pdf);
     if (!(v3_max(value) > 0)) continue;
-    const ray_history ray = path_scattered(v->point.ray, &v->set, KINDS[k], 0);
-    sum = v3_add(sum, v3_mul(value, light_along(t->scene, s, j, v->point.position, ray)));
+    const ray_history ray = path_scattered(v->surface.point.ray, &v->set, KINDS[k], 0);
+    sum = v3_add(sum, v3_mul(value, light_along(t->scene, s, j, v->surface.point.position, ray)));
   }
   *pdf = portal_pdf(&v->mix, j->launch, *pdf);
   return sum;
@@ -255,7 +257,7 @@ static vec3 joined_light(const tracer *t, const path_block *block, const lit_ver
   const beam b = beam_of(t->scene, s, j, v->chance);
   *blockers = b.influence.blockers;
   const uint32_t receiver_set = t->scene->geometry->instances[v->hit->instance].receiver_set;
-  if (!is_lit(&b.influence, receiver_set, v->point.ray.bounces)) return dark;
+  if (!is_lit(&b.influence, receiver_set, v->surface.point.ray.bounces)) return dark;
   if (!(b.pdf > 0) || !isfinite(b.pdf)) return dark;
   double pdf;
   const vec3 value = scattered_light(t, v, s, j, &b, &pdf);
@@ -266,7 +268,7 @@ static vec3 joined_light(const tracer *t, const path_block *block, const lit_ver
   if (t->bidirectional && (s->kind == LIGHT_TRIANGLE || s->kind == LIGHT_LAMP) && is_shared(b.visibility, &b.influence))
     weight = 1 / (1 / weight + b.pdf * bidirectional_rivals(t, block, v, s, j));
   weight /= s->facing;
-  const vec3 light = path_limited(t, v->point.ray.bounces + 1, v3_mul(v->beta, v3_scale(value, weight)));
+  const vec3 light = path_limited(t, v->surface.point.ray.bounces + 1, v3_mul(v->beta, v3_scale(value, weight)));
   return v3_is_finite(light) ? light : dark;
 }
 
@@ -291,12 +293,12 @@ static void add_shadow(const tracer *t, path_block *block, const lit_vertex *v, 
   const shadow made = {.path = (int)(v->path - block->paths), .kind = s->kind, .target = s->target,
                        .instance = s->kind == LIGHT_TRIANGLE ? s->index : -1, .triangle = s->triangle,
                        .swept = j->swept, .borders = j->borders, .straight = straight, .far = far, .light = light,
-                       .blockers = blockers, .from = v->point.position, .ray = v->point.ray};
+                       .blockers = blockers, .from = v->surface.point.position, .ray = v->surface.point.ray};
   bent_ray *ray = direct_add_shadow(t, block, &made, BENT_SHADOW, j->launch, v->hit);
-  if (straight && !sky) ray->length_max = sqrt(j->spread);
+  if (straight && !sky) ray->length_max = (1 - SLACK) * sqrt(j->spread); /* mostly it meets nothing, which is quick */
   if (block->counts) {
     const size_t target = sky ? portal_sky_home(t->scene->geometry) : portal_home(t->scene->geometry, s->target);
-    const size_t cell = portal_cell(t->scene->geometry, portal_home(t->scene->geometry, v->point.position), target);
+    const size_t cell = portal_cell(t->scene->geometry, portal_home(t->scene->geometry, v->surface.point.position), target);
     shadow *added = &block->shadows[block->shadow_count - 1];
     added->cell = cell + joint_way(j);
     block->counts[added->cell].traced++;
@@ -337,10 +339,10 @@ void direct_draw(const tracer *t, path_block *block, int count, const lit_vertex
   int vertex_of[2][DIRECT_BATCH], n[2] = {0};
   for (int i = 0; i < count; i++) {
     const lit_vertex *v = &vertices[i];
-    if (!lights_draw(scene->lights, scene, v->point.position, direct_normal(&v->point, &v->set), v->u, &sample[i]))
+    if (!lights_draw(scene->lights, scene, v->surface.point.position, direct_normal(&v->surface.point, &v->set), v->u, &sample[i]))
       continue;
     const int list = sample[i].kind == LIGHT_SUN || sample[i].kind == LIGHT_SKY;
-    from[list][n[list]] = v->point.position;
+    from[list][n[list]] = v->surface.point.position;
     to[list][n[list]] = sample[i].target;
     u[list][n[list]] = v->u[LIGHT_IMAGES];
     chances[list][n[list]] = portal_way_chances(scene, &v->mix, list, sample[i].target);
@@ -370,7 +372,7 @@ static int is_before(const shadow *s, const bent_ray *ray, const bent_hit *hit)
   /* the rest of the way is nearly straight */
   if (hit->instance == s->instance && hit->triangle == s->triangle) return 0;
   const vec3 to = v3_sub(s->target, v3_from(hit->position)), way = v3_sub(s->target, v3_from(ray->origin));
-  const double slack = 1e-6 * v3_length(way) + (s->straight ? 0 : 4 * ray->tolerance);
+  const double slack = SLACK * v3_length(way) + (s->straight ? 0 : 4 * ray->tolerance);
   return v3_dot(to, v3_from(hit->direction)) > slack;
 }
 

@@ -29,8 +29,12 @@ double direct_weight_emission(const tracer *t, const path *p, const reach *reach
 double direct_weight_sun(const tracer *t, const path *p, const reach *reach, size_t sun);
 double direct_weight_sky(const tracer *t, const path *p, const reach *reach, vec3 direction);
 
-/* A vertex that scatters, whose light is wanted. The path may have gone on from there already. */
+/* A vertex that scatters; if its light is wanted, the path may have gone on from there already. */
 typedef struct lit_vertex {
+  surface surface; /* its point's ray: the one before scattering */
+  closure_set set;
+  portal_mix mix; /* how it draws directions */
+  /* The rest is of vertices whose light is wanted. */
   path *path;
   const bent_hit *hit;
   vec3 beta; /* before scattering */
@@ -38,9 +42,6 @@ typedef struct lit_vertex {
   uint32_t vertex; /* its number on the path */
   double chance; /* with which it is joined with a light at all */
   double u[4];
-  shade_point point; /* its ray: the one before scattering */
-  closure_set set;
-  portal_mix mix; /* how it draws directions */
 } lit_vertex;
 
 /* The chance with which the vertex where a path is now is joined with a light: 1 unless that is slow. It is part of the

@@ -22,14 +22,18 @@ void filter_init(pixel_filter *filter, bent_filter_kind kind, double width)
   for (int i = 0; i < FILTER_CELLS; i++)
     filter->cumulative[i + 1] = sum += density(kind, (i + 0.5) / FILTER_CELLS);
   for (int i = 1; i <= FILTER_CELLS; i++) filter->cumulative[i] /= sum;
+  for (int i = 0, cell = 0; i < FILTER_CELLS; i++) {
+    while (filter->cumulative[cell + 1] <= (double)i / FILTER_CELLS) cell++;
+    filter->first[i] = cell;
+  }
 }
 
 double filter_offset(const pixel_filter *filter, double u)
 {
   const double *c = filter->cumulative, side = u < 0.5 ? -1 : 1, wanted = fabs(2 * u - 1);
-  int cell = 0;
-  for (int step = FILTER_CELLS / 2; step > 0; step /= 2)
-    if (c[cell + step] <= wanted) cell += step;
+  if (!(wanted < 1)) return side * filter->half_width;
+  int cell = filter->first[(int)(wanted * FILTER_CELLS)];
+  while (c[cell + 1] <= wanted) cell++;
   return side * filter->half_width * (cell + (wanted - c[cell]) / (c[cell + 1] - c[cell])) / FILTER_CELLS;
 }
 

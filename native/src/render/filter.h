@@ -10,6 +10,7 @@ enum { FILTER_CELLS = 1024 };
 typedef struct pixel_filter {
   double half_width; /* pixels */
   double cumulative[FILTER_CELLS + 1];
+  int first[FILTER_CELLS]; /* the cell where the cumulative distribution reaches i / FILTER_CELLS */
 } pixel_filter;
 
 /* width: the full support in pixels. A box is always one pixel wide. */

@@ -3,6 +3,7 @@
 #include "render/path.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "geometry/geometry.h"
 #include "light/frequency.h"
@@ -244,14 +245,16 @@ static int survives(const bent_render_settings *s, path *p, double u)
 }
 
 /* How a vertex draws its next direction. */
-static portal_mix mix_at(const tracer *t, const path *p, const shade_point *point, const closure_set *set)
+static void set_mix(const tracer *t, const path *p, lit_vertex *v)
 {
-  if (!t->settings->portal_sampling || p->last) return (portal_mix){.count = 0};
-  return portal_mix_at(t->scene, point->position, direct_normal(point, set), set);
+  const shade_point *point = &v->surface.point;
+  v->mix.chance = v->mix.count = 0, v->mix.known = NULL;
+  if (t->settings->portal_sampling && t->scene->portals && !p->last)
+    v->mix = portal_mix_at(t->scene, point->position, direct_normal(point, &v->set), &v->set);
 }
 
 /* What a batch of paths shares while it is shaded. Paths that come out from below a surface have two vertices: the second
- * of each path is in the second list. */
+ * of each path is in the second list. A vertex is made behind the end of its list, and stays there if its light is wanted. */
 typedef struct batch {
   reach reach[DIRECT_BATCH];
   lit_vertex vertices[2][DIRECT_BATCH];
@@ -266,19 +269,23 @@ typedef struct room {
   bent_hit *exit;
 } room;
 
-/* Puts a vertex on a list of those to be joined with a light, unless it could not scatter the light. */
-static void want_light(const tracer *t, batch *b, int list, path *p, const arrival *at, const shade_point *point,
-                       const closure_set *set, const portal_mix *mix, double chance)
+static lit_vertex *new_vertex(batch *b, int list) { return &b->vertices[list][b->vertex_count[list]]; }
+
+/* Keeps the new vertex of a list to be joined with a light, unless it could not scatter the light. */
+static void want_light(const tracer *t, batch *b, int list, path *p, const arrival *at, double chance)
 {
-  if (p->last || set->count == set->delta_count || !lights_any(t->scene->lights) ||
+  lit_vertex *v = new_vertex(b, list);
+  if (p->last || v->set.count == v->set.delta_count || !lights_any(t->scene->lights) ||
       t->settings->light_sampling == BENT_LIGHTS_SCATTERING)
     return;
   double u[SAMPLER_DIMENSIONS];
   sampler_draw(&t->sampler, p->pixel, p->sample, dimensions_light(p->vertex), u);
   if (!(u[LIGHT_IMAGES] < chance)) return;
-  lit_vertex *v = &b->vertices[list][b->vertex_count[list]++];
-  *v = (lit_vertex){.path = p, .hit = at->hit, .beta = p->beta, .chance = chance, .chain = at->chain, .vertex = p->vertex,
-                    .u = {u[0], u[1], u[2], u[LIGHT_IMAGES] / chance}, .point = *point, .set = *set, .mix = *mix};
+  v->path = p, v->hit = at->hit, v->beta = p->beta, v->chance = chance, v->vertex = p->vertex;
+  if (t->bidirectional) v->chain = at->chain;
+  for (int i = 0; i < SAMPLER_DIMENSIONS; i++) v->u[i] = u[i];
+  v->u[LIGHT_IMAGES] /= chance;
+  b->vertex_count[list]++;
 }
 
 /* Where a path comes out from below a surface: a white diffuse lobe, whose normal is that of the subsurface lobes there. */
@@ -295,36 +302,38 @@ static void diffuse_exit(const tracer *t, const surface *surface, closure_set *s
 }
 
 static int leave_vertex(const tracer *t, batch *b, int list, path *p, const room *room, bent_ray *ray,
-                        const arrival *at, const shade_point *point, const closure_set *set);
+                        const arrival *at);
 
 /* Below the surface to another place on it, which scatters the light that has come there; returns 0 if the path ends. */
 static int walk_below(const tracer *t, batch *b, path *p, const room *room, bent_ray *ray, const bent_hit *hit,
                       const shade_point *point, const bsdf_sample *drawn)
 {
   if (!subsurface_walk(t, p, drawn->entered, point->normal, hit, drawn->wi, &p->beta, room->exit)) return 0;
-  surface surface;
-  surface_at(t->scene, room->exit, v3_length(v3_sub(point->position, v3_from(room->exit->position))), &surface);
-  if (!path_can_leave(t, surface.point.position)) return 0;
-  surface.point.ray = point->ray;
-  surface.point.footprint = point->footprint;
-  closure_set set = {.closures = room->closures[1]};
-  diffuse_exit(t, &surface, &set);
+  lit_vertex *v = new_vertex(b, 1);
+  surface *surface = &v->surface;
+  surface_at(t->scene, room->exit, v3_length(v3_sub(point->position, v3_from(room->exit->position))), surface);
+  if (!path_can_leave(t, surface->point.position)) return 0;
+  surface->point.ray = point->ray;
+  surface->point.footprint = point->footprint;
+  v->set.closures = room->closures[1];
+  diffuse_exit(t, surface, &v->set);
   p->vertex++;
   arrival out = {.hit = room->exit};
-  if (t->bidirectional) out.chain = bidirectional_begin(t, surface.point.position);
-  return leave_vertex(t, b, 1, p, room, ray, &out, &surface.point, &set);
+  if (t->bidirectional) out.chain = bidirectional_begin(t, surface->point.position);
+  return leave_vertex(t, b, 1, p, room, ray, &out);
 }
 
 /* Draws the next direction; returns 0 if the path ends here. */
 static int scatter(const tracer *t, batch *b, path *p, const room *room, bent_ray *ray,
-                   const arrival *at, const shade_point *point, const closure_set *set, const portal_mix *mix,
-                   double join_chance)
+                   const arrival *at, const lit_vertex *v, double join_chance)
 {
   const bent_hit *hit = at->hit;
+  const shade_point *point = &v->surface.point;
+  const closure_set *set = &v->set;
   double u[SAMPLER_DIMENSIONS];
   sampler_draw(&t->sampler, p->pixel, p->sample, dimensions_scattering(p->vertex), u);
   bsdf_sample drawn;
-  if (!portal_draw(mix, set, point, u, &drawn)) return 0;
+  if (!portal_draw(&v->mix, set, point, u, &drawn)) return 0;
   p->beta = v3_mul(p->beta, drawn.weight);
   if (t->asks_scattering) p->beta = v3_mul(p->beta, bsdf_kind_weight(set, point, &drawn));
   if (!v3_is_finite(p->beta) || !(v3_max(p->beta) > 0)) return 0;
@@ -351,14 +360,15 @@ static int scatter(const tracer *t, batch *b, path *p, const room *room, bent_ra
   return 1;
 }
 
-/* Asks for light at a vertex, on the list, and goes on from there; returns 0 if the path ends. */
+/* Asks for light at the new vertex of a list, and goes on from there; returns 0 if the path ends. */
 static int leave_vertex(const tracer *t, batch *b, int list, path *p, const room *room, bent_ray *ray,
-                        const arrival *at, const shade_point *point, const closure_set *set)
+                        const arrival *at)
 {
-  const portal_mix mix = mix_at(t, p, point, set);
+  lit_vertex *v = new_vertex(b, list);
+  set_mix(t, p, v);
   const double join_chance = direct_chance(t, p);
-  want_light(t, b, list, p, at, point, set, &mix, join_chance);
-  return scatter(t, b, p, room, ray, at, point, set, &mix, join_chance);
+  want_light(t, b, list, p, at, join_chance);
+  return scatter(t, b, p, room, ray, at, v, join_chance);
 }
 
 /* Whether the camera meets a holdout here: black and see-through, whatever the film (as Cycles). */
@@ -410,37 +420,39 @@ static ray_history arrived_history(const tracer *t, const path *p, const bent_hi
 static int shade_surface(const tracer *t, batch *b, path *p, const reach *reach, const room *room, bent_ray *ray,
                          const bent_hit *hit, sample_record *record)
 {
-  surface surface;
-  surface_at(t->scene, hit, p->scattered.length + hit->length, &surface);
-  surface.point.ray = arrived_history(t, p, hit);
+  lit_vertex *v = new_vertex(b, 0);
+  surface *surface = &v->surface;
+  surface_at(t->scene, hit, p->scattered.length + hit->length, surface);
+  surface->point.ray = arrived_history(t, p, hit);
   if (p->ray.kinds & RAY_DIFFUSE && !t->bidirectional) { /* paths to caustics: a diffuse surface sees a light in a mirror or through glass */
-    surface.point.no_reflection = !t->settings->caustics_reflective;
-    surface.point.no_refraction = !t->settings->caustics_refractive;
+    surface->point.no_reflection = !t->settings->caustics_reflective;
+    surface->point.no_refraction = !t->settings->caustics_refractive;
   }
   p->way += hit->length;
-  surface.point.footprint = t->bidirectional ? path_footprint(t, surface.point.position)
+  surface->point.footprint = t->bidirectional ? path_footprint(t, surface->point.position)
                                              : t->pixel_size + t->pixel_slope * p->way;
   arrival here = {.reach = reach, .hit = hit}, *const at = &here;
-  if (t->bidirectional) here.chain = bidirectional_arrive(t, p, &surface.point, reach->spread);
-  if (p->vertex >= VERTICES_MAX || !path_can_leave(t, surface.point.position)) return 0;
+  if (t->bidirectional) here.chain = bidirectional_arrive(t, p, &surface->point, reach->spread);
+  if (p->vertex >= VERTICES_MAX || !path_can_leave(t, surface->point.position)) return 0;
   int goes_on = 1;
-  if (surface.see_through) {
+  if (surface->see_through) {
     pass_through(t, p, ray, hit);
   } else if (t->scene->geometry->instances[hit->instance].visibility & BENT_IMMATERIAL) {
-    goes_on = shine_through(t, p, at, &surface, ray, record);
-  } else if (p->last && !shading_may_be_transparent(t->scene->shading, surface.material)) {
-    const vec3 emission = shading_emission(t->scene->shading, surface.material, &surface.point);
+    goes_on = shine_through(t, p, at, surface, ray, record);
+  } else if (p->last && !shading_may_be_transparent(t->scene->shading, surface->material)) {
+    const vec3 emission = shading_emission(t->scene->shading, surface->material, &surface->point);
     gather_emission(t, p, at, emission, record);
     goes_on = 0;
   } else {
-    closure_set set = {.closures = room->closures[0]};
-    shading_evaluate(t->scene->shading, surface.material, &surface.point, &set);
-    blur(t, p, &surface.point, &set);
-    gather_emission(t, p, at, set.emission, record);
-    if (p->ray.bounces == 0) p->alpha -= v3_average(v3_mul(p->beta, set.holdout));
-    if (p->ray.bounces == 0) describe_surface(t, p, hit->length, record, &surface.point, &set);
-    describe_features(t, p, record, &surface.point, &set);
-    goes_on = leave_vertex(t, b, 0, p, room, ray, at, &surface.point, &set);
+    closure_set *set = &v->set;
+    set->closures = room->closures[0];
+    shading_evaluate(t->scene->shading, surface->material, &surface->point, set);
+    blur(t, p, &surface->point, set);
+    gather_emission(t, p, at, set->emission, record);
+    if (p->ray.bounces == 0) p->alpha -= v3_average(v3_mul(p->beta, set->holdout));
+    if (p->ray.bounces == 0) describe_surface(t, p, hit->length, record, &surface->point, set);
+    describe_features(t, p, record, &surface->point, set);
+    goes_on = leave_vertex(t, b, 0, p, room, ray, at);
   }
   p->vertex++;
   return goes_on;
@@ -456,6 +468,16 @@ static int shade(const tracer *t, batch *b, path *p, const footprint *footprint,
   return shade_surface(t, b, p, reach, room, ray, hit, record);
 }
 
+static int record_is_finite(const sample_record *record)
+{
+  enum { VALUES = CHANNEL_COUNT * CHANNEL_COMPONENTS_MAX };
+  const uint32_t exponent = 0x7f800000;
+  uint32_t bits[VALUES], wrong = 0;
+  memcpy(bits, record->value, sizeof bits);
+  for (int i = 0; i < VALUES; i++) wrong |= (bits[i] & exponent) == exponent;
+  return !wrong;
+}
+
 /* Writes what is known only at the end. A sample that broken input made NaN counts as black. */
 static void finish(const path *p, sample_record *record, bent_render_statistics *statistics)
 {
@@ -464,11 +486,11 @@ static void finish(const path *p, sample_record *record, bent_render_statistics 
   record->value[CHANNEL_COMBINED][3] = (float)p->alpha;
   record->value[CHANNEL_WINDING][0] = (float)p->winding;
   record->value[CHANNEL_ERROR][0] = (float)p->error;
-  int valid = 1;
+  if (record_is_finite(record)) return;
   float *values = record->value[0];
   for (int i = 0; i < CHANNEL_COUNT * CHANNEL_COMPONENTS_MAX; i++)
-    if (!isfinite(values[i])) values[i] = 0, valid = 0;
-  statistics->invalid += !valid;
+    if (!isfinite(values[i])) values[i] = 0;
+  statistics->invalid++;
 }
 
 /* At the finest tolerances a curved ray takes thousands of chords, milliseconds. */
@@ -528,17 +550,12 @@ bent_status path_run(const tracer *t, path_block *block, int count, bent_render_
                            progress, error);
     if (!status) status = direct_trace(t, block, statistics, progress, error);
     if (status) return status;
-    int kept = 0;
-    for (int i = 0; i < alive; i++) {
+    for (int i = alive - 1; i >= 0; i--) { /* the last one takes the place of one that ends */
       path *p = &block->paths[i];
-      if (!block->goes_on[i]) {
-        finish(p, &block->records[p->record], statistics);
-        continue;
-      }
-      if (kept != i) block->paths[kept] = *p, block->rays[kept] = block->rays[i];
-      kept++;
+      if (block->goes_on[i]) continue;
+      finish(p, &block->records[p->record], statistics);
+      if (i < --alive) *p = block->paths[alive], block->rays[i] = block->rays[alive];
     }
-    alive = kept;
   }
   return BENT_OK;
 }

@@ -19,8 +19,8 @@ static inline double fresnel_dielectric(double cos_i, double eta, double *cos_t)
   const double c = sqrt(1 - sin2);
   if (cos_t) *cos_t = c;
   if (cos_i + c * eta == 0) return 1;
-  const double s = (cos_i - eta * c) / (cos_i + eta * c), p = (c - eta * cos_i) / (c + eta * cos_i);
-  return (s * s + p * p) / 2;
+  const double s = cos_i + eta * c, p = c + eta * cos_i, sp = s * p; /* two quotients over one denominator */
+  return (squared((cos_i - eta * c) * p) + squared((c - eta * cos_i) * s)) / (2 * sp * sp);
 }
 
 static inline double fresnel_f0(double eta) { return squared((eta - 1) / (eta + 1)); }
@@ -38,11 +38,10 @@ static inline double fresnel_average(double eta)
   return eta < 1 ? 0.997118 + eta * (0.1014 - eta * (0.965241 + eta * 0.130607)) : (eta - 1) / (4.08567 + 1.00071 * eta);
 }
 
-/* How far the dielectric curve has risen from its value at normal incidence (0) to 1. */
+/* How far the dielectric curve has risen from its value f0 at normal incidence (0) to 1: (reflectance - f0) / (1 - f0). */
 static inline double fresnel_rise(double reflectance, double eta)
 {
-  const double f0 = fresnel_f0(eta);
-  return f0 < 1 ? saturate((reflectance - f0) / (1 - f0)) : 1;
+  return saturate((reflectance * squared(eta + 1) - squared(eta - 1)) / (4 * eta));
 }
 
 /* Schlick minus the F82 dip: Kutz, Hasan, Edmondson, "Novel aspects of the Adobe Standard Material" (2021). */

@@ -6,6 +6,7 @@
  */
 #ifndef BENT_SCENE_MICROFACET_H
 #define BENT_SCENE_MICROFACET_H
+#include "base/turn.h"
 #include "base/vec3.h"
 
 #define MICROFACET_PI 3.14159265358979323846
@@ -34,9 +35,10 @@ static inline double ggx_lambda_isotropic(double cos_n, double alpha)
 static inline vec3 ggx_sample_visible(vec3 w, double alpha_x, double alpha_y, double u0, double u1)
 {
   const vec3 stretched = v3_normalize(v3(alpha_x * w.x, alpha_y * w.y, w.z));
-  const double phi = 2 * MICROFACET_PI * u0, z = (1 - u1) * (1 + stretched.z) - stretched.z;
-  const double r = sqrt(max2(1 - z * z, 0));
-  const vec3 h = v3_add(v3(r * cos(phi), r * sin(phi), z), stretched);
+  const double z = (1 - u1) * (1 + stretched.z) - stretched.z, r = sqrt(max2(1 - z * z, 0));
+  double sine, cosine;
+  turn_sincos(u0, &sine, &cosine);
+  const vec3 h = v3_add(v3(r * cosine, r * sine, z), stretched);
   const vec3 normal = v3_normalize(v3(alpha_x * h.x, alpha_y * h.y, max2(h.z, 0)));
   return normal.z > 0 ? normal : v3(0, 0, 1);
 }
