@@ -52,7 +52,8 @@ def measure(runs: int = 3) -> RoomTimes:
     scene = room_schwarzschild.build()
     scene.render.resolution_x, scene.render.resolution_y = RESOLUTION
     scene.bentlight.samples = scene.cycles.samples = SAMPLES
-    scene.cycles.max_bounces = scene.bentlight.max_bounces
+    for limit in ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces"):  # Cycles' own are fewer
+        setattr(scene.cycles, limit, scene.bentlight.max_bounces)
     common.log.info("room: %d x %d, %d samples", *RESOLUTION, SAMPLES)
     with tempfile.TemporaryDirectory() as folder:
         scene.render.filepath = str(Path(folder) / "room.png")
