@@ -295,7 +295,9 @@ static void add_shadow(const tracer *t, path_block *block, const lit_vertex *v, 
                        .swept = j->swept, .borders = j->borders, .straight = straight, .far = far, .light = light,
                        .blockers = blockers, .from = v->surface.point.position, .ray = v->surface.point.ray};
   bent_ray *ray = direct_add_shadow(t, block, &made, BENT_SHADOW, j->launch, v->hit);
-  if (straight && !sky) ray->length_max = (1 - SLACK) * sqrt(j->spread); /* mostly it meets nothing, which is quick */
+  /* In flat space it then mostly meets nothing, which is quick; past a lamp it would go on into the next lens. */
+  const double end = t->scene->geometry->lens_count ? 1 : 1 - SLACK;
+  if (straight && !sky) ray->length_max = end * sqrt(j->spread);
   if (block->counts) {
     const size_t target = sky ? portal_sky_home(t->scene->geometry) : portal_home(t->scene->geometry, s->target);
     const size_t cell = portal_cell(t->scene->geometry, portal_home(t->scene->geometry, v->surface.point.position), target);
