@@ -54,13 +54,22 @@ def set_galaxy(world: bpy.types.World) -> None:
     ramp = new("ShaderNodeValToRGB")
     elements = ramp.color_ramp.elements
     ramp.color_ramp.interpolation = "EASE"
-    elements[0].color = (0.05, 0.038, 0.034, 1)
-    elements[1].position, elements[1].color = 0.45, (0.0, 0.0, 0.001, 1)
-    elements.new(0.05).color = (0.27, 0.2, 0.15, 1)
-    elements.new(0.17).color = (0.07, 0.07, 0.1, 1)
+    elements[0].color = (0.06, 0.04, 0.032, 1)
+    elements[1].position, elements[1].color = 0.5, (0.0, 0.0, 0.001, 1)
+    elements.new(0.045).color = (0.5, 0.4, 0.32, 1)
+    elements.new(0.1).color = (0.2, 0.16, 0.145, 1)
+    elements.new(0.2).color = (0.05, 0.055, 0.085, 1)
     link(ragged.outputs[0], ramp.inputs[0])
+    clouds = new("ShaderNodeTexNoise")  # of stars too faint to be seen one by one
+    clouds.inputs["Scale"].default_value, clouds.inputs["Detail"].default_value = 9.0, 12.0
+    clouds.inputs["Roughness"].default_value = 0.7
+    link(place, clouds.inputs["Vector"])
+    density = new("ShaderNodeMapRange")
+    density.inputs["From Min"].default_value, density.inputs["From Max"].default_value = 0.38, 0.78
+    density.inputs["To Min"].default_value, density.inputs["To Max"].default_value = 0.01, 0.5
+    link(clouds.outputs[0], density.inputs["Value"])
     background = next(node for node in tree.nodes if node.type == "BACKGROUND")
-    background.inputs["Strength"].default_value = 0.3
+    link(density.outputs["Result"], background.inputs["Strength"])
     link(ramp.outputs["Color"], background.inputs["Color"])
 
 

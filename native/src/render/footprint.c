@@ -47,14 +47,15 @@ static vec3 change(const vec3 sides[2], const int has[2], vec3 middle)
   return has[1] ? v3_sub(sides[1], middle) : v3(0, 0, 0);
 }
 
-bent_status footprint_measure(const tracer *t, int count, const path *paths, const bent_hit *hits, footprint *out,
-                              bent_progress *progress, bent_error *error)
+/* footprint_measure where some path asks: those that are `known` in `out`. */
+static bent_status measure(const tracer *t, int count, const path *paths, const bent_hit *hits, footprint *out,
+                           bent_progress *progress, bent_error *error)
 {
-  bundle b = {.count = 0};
+  bundle b;
+  b.count = 0;
   vec3 directions[DIRECT_BATCH][SIDES];
   int has[DIRECT_BATCH][SIDES];
   for (int i = 0; i < count; i++) {
-    out[i].known = sees_sky(&paths[i], &hits[i]);
     for (int side = 0; side < SIDES; side++) {
       has[i][side] = 0;
       if (out[i].known) add_ray(t, &b, i, &paths[i], side);
@@ -71,4 +72,12 @@ bent_status footprint_measure(const tracer *t, int count, const path *paths, con
     for (int axis = 0; axis < 2 && out[i].known; axis++)
       out[i].across[axis] = change(&directions[i][2 * axis], &has[i][2 * axis], v3_from(hits[i].direction));
   return BENT_OK;
+}
+
+bent_status footprint_measure(const tracer *t, int count, const path *paths, const bent_hit *hits, footprint *out,
+                              bent_progress *progress, bent_error *error)
+{
+  int any = 0;
+  for (int i = 0; i < count; i++) any |= out[i].known = sees_sky(&paths[i], &hits[i]);
+  return any ? measure(t, count, paths, hits, out, progress, error) : BENT_OK;
 }
