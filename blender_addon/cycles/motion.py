@@ -22,12 +22,11 @@ _LEAST = 1e-6  # of an object's motion between slices, over its distance from th
 @dataclass
 class Slice:
     """A part of the shutter's time. number: from 0, of `count`. change: how the camera's matrix changes from its
-    beginning to its end, (4, 4). travel: how far each instance may be from where it is in the middle."""
+    beginning to its end, (4, 4)."""
 
     number: int = 0
     count: int = 1
     change: np.ndarray = field(default_factory=lambda: np.zeros((4, 4)))
-    travel: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 
 def camera_change(cameras: Sequence[CameraData], number: int) -> np.ndarray:

@@ -15,7 +15,7 @@ from ..report import RenderError, Reporter
 from ..sync.camera import read_camera
 from ..sync.native import build_scene
 from ..sync.objects import read_scene
-from ..sync.scene_data import CameraData, MeshData, SceneData
+from ..sync.scene_data import CameraData, MeshData, SceneData, Visibility
 from . import files, relay_maps, screen, shaders, shutter
 from .aperture import Aperture
 from .motion import Slice, camera_change, swept
@@ -127,18 +127,30 @@ def _bake(seen: list[_Moment], prefix: Path, settings: relay_maps.RelaySettings,
     """The maps of all slices, one after the other."""
     if not moving:
         (only,) = seen
-        return relay_maps.bake(build_scene(only.data), only.data.camera, prefix, settings, only.aperture)
+        early = _room_for_lamps(only.data)
+        return relay_maps.bake(build_scene(only.data), only.data.camera, prefix, settings, only.aperture, None, early)
     moments, maps = [moment.data for moment in seen], None
     for number, moment in enumerate(seen):
         data, travel = swept(moments, number)
         change = camera_change([each.camera for each in moments], number)
-        part = Slice(number, len(seen), change, travel)
-        made = relay_maps.bake(build_scene(data), data.camera, prefix, settings, moment.aperture, part)
+        part, early = Slice(number, len(seen), change), travel + _room_for_lamps(data)
+        made = relay_maps.bake(build_scene(data), data.camera, prefix, settings, moment.aperture, part, early)
         if maps is None:
             maps = made
         else:
             maps.add(made)
     return maps
+
+
+def _room_for_lamps(data: SceneData) -> np.ndarray:
+    """How much earlier legs to each instance start: Cycles draws round lamps as disks across the line from where a ray
+    starts to the lamp's center. From four radii away they are 3 % too small."""
+    room = np.zeros(len(data.instances))
+    for i, instance in enumerate(data.instances):
+        if instance.visibility & Visibility.IMMATERIAL and not instance.one_sided:
+            corners = data.meshes[instance.mesh].vertices @ instance.world_from_mesh[:3, :3].T
+            room[i] = 4 * np.linalg.norm(corners, axis=1).max(initial=0.0)
+    return room
 
 
 def _show(scene: bpy.types.Scene, maps: relay_maps.RelayMaps, data: SceneData, moving: bool) -> None:

@@ -75,14 +75,16 @@ def bake(
     settings: RelaySettings,
     aperture: Aperture | None = None,
     part: Slice | None = None,
+    early: np.ndarray | None = None,
 ) -> RelayMaps:
     """Traces and writes the maps of one slice of the shutter's time, or of a frame in which nothing moves: in the
     world's axes, or in the camera's as Cycles has them (x right, y up, z forward). Their paths begin with `prefix`.
 
-    `scene` is committed and has this camera.
+    `scene` is committed and has this camera. `early`: for each of its instances, how much earlier than elsewhere the
+    last legs of rays that meet it start; none: nowhere.
     """
     start = time.monotonic()
-    tracer = _Tracer(scene, camera, settings, aperture, part)
+    tracer = _Tracer(scene, camera, settings, aperture, part, early)
     width, height = camera.width + 2 * _MARGIN, camera.height + 2 * _MARGIN
     band = max(1, min(height, _BAND_RAYS // (width * settings.parts**2)))
     angle, size = _pixel(camera)
@@ -147,10 +149,11 @@ class _Tracer:
         settings: RelaySettings,
         aperture: Aperture | None,
         part: Slice | None,
+        early: np.ndarray | None,
     ) -> None:
         self.camera, self.settings = camera, settings
         self.number = part.number if part else 0
-        self._scene, self._aperture, self._slice = scene, aperture, part
+        self._scene, self._aperture, self._slice, self._early = scene, aperture, part, early
         camera_from_world = np.linalg.inv(camera.world_from_camera)
         self._axes = np.eye(4) if part else np.diag([1.0, 1.0, -1.0, 1.0]) @ camera_from_world
         self._drift = part.change @ camera_from_world if part else None  # of the world's points with the camera
@@ -199,9 +202,8 @@ class _Tracer:
         escaped = exists & (fate == ESCAPED) & (hits["sky"] < 0)
         hit = exists & (fate == HIT)
         before = _LEG_OF_LENGTH * hits["length"] + _LEG_OF_COORDINATES * np.abs(end).max(axis=1)
-        if self._slice is not None:
-            travel = self._slice.travel[np.where(hit, hits["instance"], 0)] if len(self._slice.travel) else 0.0
-            before = np.minimum(before + travel, hits["length"])
+        if self._early is not None and len(self._early):
+            before = np.minimum(before + self._early[np.where(hit, hits["instance"], 0)], hits["length"])
         end = np.where(hit[:, None], end - before[:, None] * direction, _FAR * direction * self.camera.clip_end)
         seen = (hit | escaped)[:, None]
         place = np.where(seen, end @ self._axes[:3, :3].T + self._axes[:3, 3], 0.0)

@@ -15,6 +15,7 @@ import bench_flicker
 import bench_intersect
 import bench_lens
 import bench_lights
+import bench_relay
 import bench_room
 import bench_sky
 import bench_table
@@ -124,6 +125,19 @@ def lens_section(times: bench_lens.LensTimes) -> str:
     )
 
 
+def relay_section(cost: bench_relay.RelayCost) -> str:
+    """Rays and memory of the relay camera's maps."""
+    width, height = bench_relay.RESOLUTION
+    memory = [("before", cost.before), ("after the bake", cost.baked), ("after the render", cost.rendered)]
+    rows = [[name, f"{value:.0f}", f"{cost.in_full_hd(value):.0f}"] for name, value in memory]
+    return (
+        f"## The relay camera, {width} x {height}, 4 x 4 rays a pixel and more at the hole\n\n"
+        f"{cost.rays / 1e6:.1f} million rays in {cost.seconds:.1f} s ({cost.rays / cost.seconds / 1e6:.2f} million a "
+        f"second); {cost.maps:.0f} MiB of maps. The goal in 1920 x 1080 is 2048 MiB.\n\n"
+        + table(["most memory", "MiB", "in 1920 x 1080"], rows)
+    )
+
+
 def lights_section(results: list[bench_lights.Efficiency]) -> str:
     """What each way to find light costs to a given error, beside chance (or Bentlight beside Cycles)."""
     first = {}
@@ -195,6 +209,8 @@ def main() -> None:
     sections.append(room_section(bench_room.measure()))
     log.info("lens")
     sections.append(lens_section(bench_lens.measure()))
+    log.info("relay camera")
+    sections.append(relay_section(bench_relay.measure()))
     log.info("lights")
     sections.append(lights_section(bench_lights.measure_all()))
     log.info("flicker")

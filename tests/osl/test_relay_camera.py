@@ -253,6 +253,23 @@ def test_meshes_are_those_of_renders(tmp_path):
     assert (modifier.levels, green.hide_viewport, bpy.data.objects["blue"].hide_get()) == (0, True, True)
 
 
+def test_lamps_are_seen(tmp_path):
+    """An area and a round lamp beside a hole, as by the engine but for a thin rim."""
+    stage.set_world((0.1, 0.1, 0.1))
+    stage.add_camera((0, -6, 0), (np.pi / 2, 0, 0))
+    stage.add_light("AREA", (0.8, 0, 0), (-np.pi / 2, 0.2, 0), energy=20, size=1)
+    stage.add_light("POINT", (-0.8, 0, 0), energy=20, shadow_soft_size=0.5)
+    bpy.ops.bentlight.black_hole_add(mass=0.1, location=(0.1, -2, 0))
+    scene = cycles()
+    scene.bentlight.relay_parts = 3
+    ours = picture(tmp_path, "BENTLIGHT")
+    scene.render.engine = "CYCLES"
+    bpy.ops.bentlight.relay_setup()
+    theirs = picture(tmp_path)
+    assert (ours > 1).mean() > 0.1
+    assert np.mean(np.abs(ours - theirs).max(axis=-1) > 0.02) < 0.01
+
+
 def test_disks_are_left_out(tmp_path):
     """Cycles has no mesh of them: rays go through, and nothing is seen twice."""
     shining_room()
