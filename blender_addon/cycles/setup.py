@@ -28,6 +28,7 @@ def setup(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> tuple[list[
         raise RenderError("There is no black hole or wormhole in this scene")
     items = [lens.read(hole, depsgraph) for hole in holes]
     spacetime.check(items)
+    stars.check(scene)
     chosen, warnings = _choose_radii(scene, depsgraph, holes, items)
     tables.check()
     for item in items:

@@ -21,6 +21,11 @@ _RADIUS = 0.75  # of a star's disk, in pixels
 _BRIGHTEST = 1e4  # what is stored
 
 
+def check(scene: bpy.types.Scene) -> None:
+    """Raises RenderError for a catalog that is none."""
+    read_stars(scene.world)
+
+
 def update(scene: bpy.types.Scene) -> None:
     """Makes Cycles show the stars of the scene's world as they are now. Changes nothing if it does already.
 

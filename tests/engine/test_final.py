@@ -289,6 +289,7 @@ def test_settings_reach_the_native_renderer():
     user.tolerance, user.clamp_indirect, user.pixel_filter = 1e-3, 2.0, "GAUSSIAN"
     user.clamp_direct, user.light_threshold, user.portal_sampling = 3.0, 0.5, False
     user.blur_glossy, user.caustics_reflective, user.caustics_refractive = 1.0, False, False
+    user.sky_filter = 0.5
     scene.render.filter_size, scene.render.film_transparent = 2.0, True
     found = final.render_settings(scene, layer, is_preview=False)
     assert (found.width, found.height, found.sample_count, found.seed) == (64, 48, 33, 5)
@@ -298,6 +299,7 @@ def test_settings_reach_the_native_renderer():
     assert (found.blur_glossy, found.caustics_reflective, found.caustics_refractive) == (1.0, False, False)
     assert (found.filter_width, found.film_transparent) == (6.0, True)  # a Gaussian reaches three times as far
     assert found.tolerance == pytest.approx(1e-3)
+    assert found.sky_filter == pytest.approx(0.5 / np.sqrt(33))
     assert (found.noise_threshold, found.min_samples) == (pytest.approx(0.01), 64)
     user.adaptive_min_samples, user.adaptive_threshold = 20, 0.1
     found = final.render_settings(scene, layer, is_preview=False)

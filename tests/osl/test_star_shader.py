@@ -3,6 +3,7 @@
 import bpy
 import numpy as np
 import objects
+import pytest
 import rendering
 
 from blender_addon.cycles import setup, star_cells, stars
@@ -87,6 +88,16 @@ def test_setting_up_and_taking_back(scene):
     assert world_state(scene) == again
     bpy.ops.bentlight.cycles_clear()
     assert world_state(scene) == before
+
+
+def test_a_bad_catalog_is_refused_and_changes_nothing(scene):
+    add_stars(scene)
+    scene.world.bentlight.stars = "CATALOG"
+    before, objects_before = world_state(scene), sorted(obj.name for obj in scene.objects)
+    with pytest.raises(RuntimeError, match="no file is chosen"):
+        bpy.ops.bentlight.cycles_setup()
+    assert world_state(scene) == before and sorted(obj.name for obj in scene.objects) == objects_before
+    assert not setup.is_set_up(scene)
 
 
 def test_stars_follow_the_world(scene, tmp_path):

@@ -88,6 +88,27 @@ def test_sky_is_that_of_cycles(name, tmp_path):
     assert (np.abs(ours - theirs) <= allowed).mean() == 1
 
 
+def test_turned_images_are_averaged_along_turned_directions():
+    """The filter goes through the nodes in front of the texture."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    skies = []
+    for rotated in (False, True):
+        world = make_world("sky", lambda tree, rotated=rotated: environment(tree, "EQUIRECTANGULAR", "Linear", rotated))
+        images, scene = ImageTable(), bentlight_native.Scene()
+        program = compile_world(world, images).program
+        for pixels in images.images:
+            scene.add_image(*pixels)
+        scene.set_world(program)
+        skies.append(scene)
+    rays = directions()
+    across = np.cross(rays[:, None], [(0.6, 0.2, -0.3), (0, -0.9, 0.7)])
+    turn = np.array(mathutils.Euler((0.3, -0.4, 2.5)).to_matrix())
+    plain, rotated = skies
+    averaged = rotated.sky(rays, across=across)
+    np.testing.assert_allclose(averaged, plain.sky(rays @ turn.T, across=across @ turn.T), rtol=1e-5)
+    assert averaged.std(axis=0).max() < 0.6 * rotated.sky(rays).std(axis=0).min()
+
+
 def test_a_new_world_has_its_color():
     """Up to Blender 4.5 it has no nodes and its own color counts; later that of its Background node."""
     world = bpy.data.worlds.new("plain")
