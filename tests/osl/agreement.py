@@ -63,16 +63,16 @@ def new_scene(width: int = 48, height: int = 27) -> bpy.types.Scene:
 
 
 def point_samples(scene: bpy.types.Scene) -> None:
-    """One ray a pixel, to a hundredth of a pixel in its middle; the relay's is in the very middle."""
+    """One ray a pixel: in its very middle, where Cycles has its first sample, or within a hundredth of a pixel."""
     scene.cycles.pixel_filter_type, scene.bentlight.pixel_filter = "BOX", "GAUSSIAN"
-    scene.cycles.filter_width = scene.render.filter_size = 0.01
+    scene.render.filter_size = 0.003  # a third of the filter's reach
     scene.bentlight.relay_parts = 1
 
 
 def box_samples(scene: bpy.types.Scene) -> None:
-    """Rays all over each pixel, which is their mean."""
+    """Rays all over each pixel, which is their mean; without Cycles' first sample, the same for all seeds."""
     scene.cycles.pixel_filter_type = scene.bentlight.pixel_filter = "BOX"
-    scene.cycles.filter_width = scene.render.filter_size = 1.0
+    scene.cycles.use_sample_subset, scene.cycles.sample_offset, scene.cycles.sample_subset_length = True, 1, 10000
 
 
 def show_directions(scene: bpy.types.Scene) -> None:
@@ -83,11 +83,13 @@ def show_directions(scene: bpy.types.Scene) -> None:
     tree.links.new(coordinates.outputs["Generated"], tree.nodes["Background"].inputs["Color"])
 
 
-def add_hole(name: str, sphere: float = SPHERE) -> list[bpy.types.Object]:
-    """A hole at the origin; for a wormhole also the other mouth: far away, turned, of another size. sphere: 0 is as far
-    as the engine can."""
+def add_hole(name: str, sphere: float = SPHERE, exit_at: float = 3e4) -> list[bpy.types.Object]:
+    """A hole at the origin; for a wormhole also the other mouth: about `exit_at` away, turned, of another size.
+    sphere: 0 is as far as the engine can."""
     if SPINS[name] is None:
-        bpy.ops.bentlight.wormhole_add(throat_radius=THROAT, location=(0, 0, 0), exit_location=(3e4, 3e3, 7e3))
+        bpy.ops.bentlight.wormhole_add(
+            throat_radius=THROAT, location=(0, 0, 0), exit_location=exit_at * np.array((0.9, 0.3, 0.3))
+        )
         holes = [obj for obj in bpy.context.scene.objects if obj.bentlight.kind == "WORMHOLE"]
         holes.sort(key=lambda obj: obj.location.length)
         holes[1].rotation_euler, holes[1].scale = (0.3, 0.5, 1.2), (2 * _SCALE,) * 3
@@ -135,18 +137,18 @@ def add_camera(name: str, place: Place, hole: bpy.types.Object) -> bpy.types.Obj
 
 
 def pictures(scene: bpy.types.Scene, way: str, seeds: int = 1, samples: int = 1) -> np.ndarray:
-    """(seeds, height, width, 3), linear; leaves the scene as it was."""
+    """(seeds, height, width, 3), linear; leaves the scene as it was. With the relay, what scatters goes by the lens."""
     engine = "BENTLIGHT" if way == "engine" else "CYCLES"
     scene.render.engine = engine
-    has_holes = any(obj.bentlight.kind != "NONE" and not obj.hide_render for obj in scene.objects)
-    if way == "lens" and has_holes:
+    lenses = way != "engine" and any(obj.bentlight.kind != "NONE" and not obj.hide_render for obj in scene.objects)
+    if lenses:
         assert bpy.ops.bentlight.cycles_setup() == {"FINISHED"}
     if way == "relay":
         assert bpy.ops.bentlight.relay_setup(bake=False) == {"FINISHED"}
     found = np.stack([rendering.render(scene, engine, seed, samples) for seed in range(seeds)])
     if way == "relay":
         assert bpy.ops.bentlight.relay_clear() == {"FINISHED"}
-    if way == "lens" and has_holes:
+    if lenses:
         assert bpy.ops.bentlight.cycles_clear() == {"FINISHED"}
     return found
 

@@ -77,7 +77,8 @@ def test_every_pixel_sees_where_the_core_does(name, place):
         check(*compare(scene, way, holes, trace))
 
 
-@pytest.mark.parametrize(("name", "place"), agreement.CASES)
+@pytest.mark.parametrize("place", ["far", "near"])
+@pytest.mark.parametrize("name", agreement.SPINS)
 def test_space_that_is_bent_everywhere(name, place):
     """By the engine and the relay; around mouths half-way to each other, which leaves out next to nothing."""
     scene, holes = sky(name, place, 0.0)
@@ -85,7 +86,8 @@ def test_space_that_is_bent_everywhere(name, place):
         check(*compare(scene, way, holes, unbounded(name, holes)))
 
 
-@pytest.mark.parametrize(("name", "place"), agreement.CASES)
+@pytest.mark.parametrize("place", ["far", "near"])
+@pytest.mark.parametrize("name", agreement.SPINS)
 def test_a_lens_leaves_out_what_the_panel_says(name, place):
     """Of every ray that sees the sky in both spaces; and those that just pass by a lens show that it is no less."""
     scene, holes = sky(name, place, agreement.SPHERE)
