@@ -172,7 +172,7 @@ static void add_level(const level *l, double u, double v, double weight, double 
     for (int k = 0; k < 4; k++) sum[k] += weight * part[i] * corner[i][k];
 }
 
-/* What is mixed to filters between those of two levels: level `fine` and the next one. */
+/* What is mixed to a filter between those of two levels: level `fine`, of which 0 is the image, and the next one. */
 typedef struct mixture {
   int fine;
   double coarse_part;
@@ -193,18 +193,17 @@ static void add_probe(const image *image, vec3 direction, mixture m, double weig
   const struct sky_levels *s = image->levels;
   double u, v;
   sky_place(direction, &u, &v);
-  const int fine = m.fine;
-  const double coarse_part = m.coarse_part;
-  if (fine > 0) {
-    add_level(&s->list[fine - 1], u, v, weight * (1 - coarse_part), sum);
-  } else if (image->pixels && interpolation == INTERPOLATE_LINEAR) {
-    add_level(&(level){image->width, image->height, image->pixels}, u, v, weight * (1 - coarse_part), sum);
+  const double fine_weight = weight * (1 - m.coarse_part);
+  if (m.fine > 0) {
+    add_level(&s->list[m.fine - 1], u, v, fine_weight, sum);
+  } else if (image->pixels && interpolation == INTERPOLATE_LINEAR) { /* the quicker way */
+    add_level(&(level){image->width, image->height, image->pixels}, u, v, fine_weight, sum);
   } else {
     const texel t = image_lookup(image, u, v, interpolation, EXTEND_REPEAT, 0);
-    for (int k = 0; k < 3; k++) sum[k] += weight * (1 - coarse_part) * t.color[k];
-    sum[3] += weight * (1 - coarse_part) * t.alpha;
+    for (int k = 0; k < 3; k++) sum[k] += fine_weight * t.color[k];
+    sum[3] += fine_weight * t.alpha;
   }
-  if (coarse_part > 0) add_level(&s->list[fine], u, v, weight * coarse_part, sum);
+  if (m.coarse_part > 0) add_level(&s->list[m.fine], u, v, weight * m.coarse_part, sum);
 }
 
 /* The axes of an ellipse that is given by two conjugate radii: its long one, and the length of the other. */
