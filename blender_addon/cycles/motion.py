@@ -35,6 +35,21 @@ def camera_change(cameras: Sequence[CameraData], number: int) -> np.ndarray:
     return np.gradient(matrices, axis=0)[number] if len(matrices) > 1 else np.zeros((4, 4))
 
 
+def standing(scene: SceneData, frame: SceneData, names: set[str]) -> SceneData:
+    """The scene of a slice, but with the objects of these names, and what they instance, as they are in the frame."""
+    framed, meshes, instances = _by_key(frame), list(scene.meshes), []
+    for key, (instance, mesh) in _by_key(scene).items():
+        if instance.name in names and key in framed:
+            still, still_mesh = framed[key]
+            index = instance.mesh
+            if still_mesh is not mesh:
+                index = len(meshes)
+                meshes.append(still_mesh)
+            instance = replace(still, mesh=index)
+        instances.append(instance)
+    return replace(scene, meshes=meshes, instances=instances)
+
+
 def swept(moments: Sequence[SceneData], number: int) -> tuple[SceneData, np.ndarray]:
     """The scene of slice `number` with what moves added as it is at the slice's beginning and end; and the largest
     motion of each instance between the middles of neighboring slices."""

@@ -18,7 +18,7 @@ from ..sync.objects import read_scene
 from ..sync.scene_data import CameraData, MeshData, SceneData, Visibility
 from . import files, relay_maps, screen, shaders, shutter
 from .aperture import Aperture
-from .motion import Slice, camera_change, swept
+from .motion import Slice, camera_change, standing, swept
 
 SHADER = "relay_camera"
 _CLIP_END = 1e6  # of the relay camera
@@ -82,9 +82,7 @@ def update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> relay_maps
     if source is None:
         return None
     _show_lenses(scene, False)
-    seen: list[_Moment] = []
-    for _ in shutter.moments(scene):
-        seen.append(_read(scene, depsgraph, source, seen[-1] if seen else None))
+    seen = _read_all(scene, depsgraph, source)
     settings = relay_maps.RelaySettings(
         parts=math.ceil(scene.bentlight.relay_parts / math.sqrt(len(seen))),
         tolerance=_tolerance(seen[0].data),
@@ -100,6 +98,21 @@ def update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> relay_maps
         _baked[relay.name] = fingerprint, maps
     _show(scene, maps, seen[len(seen) // 2].data, moving)
     return maps
+
+
+def _read_all(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, source: bpy.types.Object) -> list[_Moment]:
+    """All slices of the shutter's time. Objects whose motion blur is switched off stand as in the frame."""
+    still = {obj.name for obj in scene.objects if not obj.cycles.use_motion_blur} if shutter.is_open(scene) else set()
+    frame = _read(scene, depsgraph, source, None) if still else None
+    seen: list[_Moment] = []
+    for _ in shutter.moments(scene):
+        moment = _read(scene, depsgraph, source, seen[-1] if seen else frame)
+        if frame:
+            moment.data = standing(moment.data, frame.data, still)
+            if source.name in still:
+                moment.data.camera = frame.data.camera
+        seen.append(moment)
+    return seen
 
 
 def _read(

@@ -58,12 +58,14 @@ def mean_square_z(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def test_in_flat_space_it_is_cycles_own(tmp_path):
-    """A camera that moves and turns, an object that moves along a curve and one that turns."""
+    """A camera that moves and turns, objects that do, and one whose blur is switched off."""
     shining_room()
     scene = blurred(24)
     move(scene.camera, (0.4, 0.1, 0.2), 0.1)
     move(bpy.data.objects["red"], (0.6, 0.0, 0.5), 0.4)
     move(bpy.data.objects["green"], (-0.3, 0.2, 0.0))
+    move(bpy.data.objects["blue"], (0.5, 0.0, 0.4))
+    bpy.data.objects["blue"].cycles.use_motion_blur = False
     scene.bentlight.relay_parts = 12
     own = pictures(tmp_path)
     bpy.ops.bentlight.relay_setup()
