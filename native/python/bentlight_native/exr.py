@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 _MAGIC = struct.pack("<II", 20000630, 2 | 0x200)
-_TILE = 64  # pixels, each way
+_TILE = 64  # pixels, each way; images that are less high have lower ones
 _ONE_LEVEL = 0
 _CHECKSUM = "bentlightChecksum"
 
@@ -34,6 +34,7 @@ def _attribute(name: str, kind: str, value: bytes) -> bytes:
 def _header(names: list[str], width: int, height: int, strings: dict[str, str]) -> bytes:
     channels = b"".join(name.encode() + b"\0" + struct.pack("<iBxxxii", 2, 0, 1, 1) for name in names) + b"\0"
     window = struct.pack("<iiii", 0, 0, width - 1, height - 1)
+    tile_height = min(_TILE, 1 << (height - 1).bit_length())  # texture caches hold whole tiles
     parts = [
         _attribute("channels", "chlist", channels),
         _attribute("compression", "compression", b"\0"),
@@ -43,7 +44,7 @@ def _header(names: list[str], width: int, height: int, strings: dict[str, str]) 
         _attribute("pixelAspectRatio", "float", struct.pack("<f", 1)),
         _attribute("screenWindowCenter", "v2f", struct.pack("<ff", 0, 0)),
         _attribute("screenWindowWidth", "float", struct.pack("<f", 1)),
-        _attribute("tiles", "tiledesc", struct.pack("<IIB", _TILE, _TILE, _ONE_LEVEL)),
+        _attribute("tiles", "tiledesc", struct.pack("<IIB", _TILE, tile_height, _ONE_LEVEL)),
     ]
     parts += [_attribute(name, "string", text.encode()) for name, text in strings.items()]
     return _MAGIC + b"".join(parts) + b"\0"
