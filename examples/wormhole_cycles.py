@@ -1,4 +1,4 @@
-"""A wormhole in Cycles: from a gallery of brick and marble one looks, and steps, into a green valley by day.
+"""A wormhole in Cycles: from a gallery of brick and marble one looks through a bronze gate into a green valley by day.
 
 The two mouths are eighty units apart in one scene, each with a lens that *Use in Cycles* adds. Everything passes: the
 daylight falls from the mouth onto the gallery's floor, and the gallery can be seen from the valley.
@@ -13,7 +13,7 @@ import nodes
 import numpy as np
 import objects
 
-THROAT_RADIUS = 0.85
+THROAT_RADIUS = 1.1
 GALLERY_MOUTH = (0.0, 0.0, 1.55)
 VALLEY = np.array((0.0, 80.0, 0.0))
 LENS_RADIUS = 1.5
@@ -31,7 +31,7 @@ def build() -> bpy.types.Scene:
     )
     for mouth in (bpy.context.object, bpy.context.object.bentlight.exit):
         mouth.bentlight.lens_radius = LENS_RADIUS
-    objects.camera((0.9, -5.2, 1.7), (0.05, 0.0, 1.5), lens_mm=30)
+    objects.camera((1.9, -4.9, 1.25), (0.1, 0.0, 1.62), lens_mm=28)
     scene.cycles.max_bounces = 8
     bpy.ops.bentlight.cycles_setup()
     return scene
@@ -44,7 +44,7 @@ def build_gallery() -> None:
     wall = nodes.brick("Gallery wall", (0.42, 0.17, 0.10), (0.30, 0.11, 0.07), (0.42, 0.38, 0.33), 1.5, roughness=0.8)
     plaster = materials.principled("Plaster", (0.5, 0.45, 0.38), roughness=0.9)
     marble = nodes.marble("Gallery marble", (0.30, 0.30, 0.33), (0.86, 0.84, 0.80), 1.8, roughness=0.2)
-    warm = materials.emission("Warm light", (1.0, 0.66, 0.38), 16.0)
+    warm = materials.emission("Warm light", (1.0, 0.62, 0.34), 9.0)
     objects.quad("Floor", (-4, -6, 0), (8, 0, 0), (0, 10, 0), floor)
     objects.quad("Ceiling", (-4, 4, 4), (8, 0, 0), (0, -10, 0), plaster)
     objects.quad("Back", (-4, 4, 0), (8, 0, 0), (0, 0, 4), wall)
@@ -59,6 +59,17 @@ def build_gallery() -> None:
             objects.place(bpy.context.object, marble)
             objects.box("Foot", (x, y, 0.1), (0.8, 0.8, 0.2), marble)
             objects.box("Capital", (x, y, 3.7), (0.8, 0.8, 0.25), marble)
+    bronze = nodes.hammered(materials.principled("Gate", (0.80, 0.46, 0.22), roughness=0.22, metallic=1.0), 14.0, 0.12)
+    bpy.ops.mesh.primitive_torus_add(
+        major_radius=1.72,
+        minor_radius=0.09,
+        major_segments=160,
+        minor_segments=32,
+        location=GALLERY_MOUTH,
+        rotation=(math.pi / 2, 0, 0),
+    )
+    bpy.ops.object.shade_smooth()
+    objects.place(bpy.context.object, bronze)
 
 
 def build_valley() -> None:
@@ -100,7 +111,7 @@ def build_day() -> None:
     sky = np.array((1.0, 0.92, 0.80)) * (1 - up) ** 5 + np.array((0.15, 0.38, 0.95)) * (1 - (1 - up) ** 5)
     sun = np.array((-0.5, -0.35, 0.79))
     glow = np.clip(direction @ (sun / np.linalg.norm(sun)), 0, 1)[..., None] ** 40
-    sky = 1.3 * sky + np.array((1.0, 0.86, 0.64)) * 24 * glow
+    sky = 1.7 * sky + np.array((1.0, 0.86, 0.64)) * 40 * glow
     pixels = np.concatenate([sky, np.ones((height, width, 1))], axis=-1)
     objects.set_world_image(materials.float_image("Day", pixels))
 
