@@ -24,6 +24,7 @@ def lit_world(name: str, place: str) -> tuple[bpy.types.Scene, list[bpy.types.Ob
     """A white world; beyond a wormhole's throat it is hidden by a black box around the other mouth."""
     scene = agreement.new_scene(WIDTH, HEIGHT)
     agreement.box_samples(scene)
+    scene.bentlight.relay_parts = 2  # 10 at the edge
     objects.set_world((1, 1, 1))
     holes = agreement.add_hole(name)
     if len(holes) > 1:
