@@ -24,7 +24,7 @@ class RelayCost:
     rendered: float
 
     def in_full_hd(self, memory: float) -> float:
-        """Memory in a picture of 1920 x 1080: what grows does so with the pixels."""
+        """Memory in a picture of 1920 x 1080, if all that grew did so with the pixels: more than there is measured."""
         return self.before + FULL_HD * (memory - self.before)
 
 

@@ -134,7 +134,7 @@ def relay_section(cost: bench_relay.RelayCost) -> str:
         f"## The relay camera, {width} x {height}, 4 x 4 rays a pixel and more at the hole\n\n"
         f"{cost.rays / 1e6:.1f} million rays in {cost.seconds:.1f} s ({cost.rays / cost.seconds / 1e6:.2f} million a "
         f"second); {cost.maps:.0f} MiB of maps. The goal in 1920 x 1080 is 2048 MiB.\n\n"
-        + table(["most memory", "MiB", "in 1920 x 1080"], rows)
+        + table(["most memory", "MiB", "in 1920 x 1080 at most"], rows)
     )
 
 
