@@ -86,7 +86,7 @@ color disk_radiance(Disk disk, Crossing at, float a, output float cover)
   if (disk.emission == DISK_RAMP || disk.emission == DISK_IMAGE) {
     float depth = (at.r - disk.inner) / (disk.outer - disk.inner), alpha;
     light = disk.emission == DISK_RAMP ? disk_entry(disk, depth, alpha) : disk_image(disk, at.azimuth, depth, alpha);
-    light *= pow(g, 4);
+    light *= shifted_brightness(g);
     cover *= alpha;
   } else {
     float part = disk.emission == DISK_POWER_LAW ? pow(at.r / disk.inner, -disk.exponent)
