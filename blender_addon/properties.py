@@ -416,21 +416,20 @@ class BentlightObjectSettings(bpy.types.PropertyGroup):
         default=False,
         options={"HIDDEN"},
     )
-    is_lens: BoolProperty(
-        name="Is Lens",
-        description="Made by Use in Cycles. Bentlight itself does not render it",
-        default=False,
+    made_for_cycles: EnumProperty(
+        name="Made for Cycles",
+        description="What this object does in Cycles. Bentlight itself does not render it",
+        items=[
+            ("NOTHING", "Nothing", "An object of the scene"),
+            ("LENS", "Lens", "Made by Use in Cycles"),
+            ("SCREEN", "Screen", "Made for a relay camera while motion blur is on"),
+        ],
+        default="NOTHING",
         options={"HIDDEN"},
     )
     relay_switched_osl: BoolProperty(
         name="Switched OSL On",
         description="The relay camera has switched Open Shading Language on, for motion blur",
-        default=False,
-        options={"HIDDEN"},
-    )
-    is_screen: BoolProperty(
-        name="Is Screen",
-        description="Made for a relay camera while motion blur is on. Bentlight itself does not render it",
         default=False,
         options={"HIDDEN"},
     )

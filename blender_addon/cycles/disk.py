@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import logging
 import math
 from dataclasses import dataclass
@@ -10,7 +9,7 @@ from pathlib import Path
 
 import bpy
 import numpy as np
-from bentlight_native import disk_drawn_radius, write_exr
+from bentlight_native import disk_drawn_radius
 
 from ..sync import disk, thermal
 from ..sync.disk_program import ramp_table
@@ -110,7 +109,7 @@ def _colors(settings: bpy.types.PropertyGroup) -> _Colors:
         return _of_image(settings.image)
     is_ramp = settings.emission == "RAMP"
     table = ramp_table(settings.ramp.color_ramp) if is_ramp else thermal.blackbody_table(bpy.app.version)
-    return _Colors(_file(table[None]), len(table))
+    return _Colors(files.named_by_content("colors", table[None]), len(table))
 
 
 _images: dict[tuple, _Colors] = {}  # reading pixels takes longer than a change of the scene may
@@ -126,13 +125,6 @@ def _of_image(image: bpy.types.Image) -> _Colors:
     if key not in _images or not _images[key].path.is_file():
         pixels = image_pixels(image, log.warning)
         values = pixels.values / np.float32(255) if pixels.values.dtype == np.uint8 else pixels.values
-        _images[key] = _Colors(_file(values[::-1]), len(values), pixels.srgb, has_associated_alpha(image))
+        path = files.named_by_content("colors", values[::-1])
+        _images[key] = _Colors(path, len(values), pixels.srgb, has_associated_alpha(image))
     return _images[key]
-
-
-def _file(colors: np.ndarray) -> Path:
-    """(height, width, 4) from the top, as a file that is named after what is in it; made if it is missing."""
-    path = files.folder("tables") / f"colors_{hashlib.sha256(colors.tobytes()).hexdigest()[:16]}.exr"
-    if not path.is_file():
-        write_exr(path, {f"{i:02}": colors[..., i] for i in range(4)}, {})
-    return path

@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+import hashlib
 import tempfile
 from pathlib import Path
 
 import bpy
+import numpy as np
+from bentlight_native import write_exr
 
 _PACKAGE = __package__.rpartition(".")[0]
+
+
+def named_by_content(stem: str, pixels: np.ndarray) -> Path:
+    """(height, width, channels) float32 from the top as an image in the folder of the tables; made if missing."""
+    path = folder("tables") / f"{stem}_{hashlib.sha256(pixels.tobytes()).hexdigest()[:16]}.exr"
+    if not path.is_file():
+        write_exr(path, {f"{i:02}": pixels[..., i] for i in range(pixels.shape[-1])}, {})
+    return path
 
 
 def folder(name: str) -> Path:

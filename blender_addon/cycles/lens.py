@@ -19,13 +19,18 @@ _WORMHOLE = 2
 
 def find(scene: bpy.types.Scene) -> dict[str, bpy.types.Object]:
     """The lenses of a scene by the names of their holes; "" for one that has lost its hole."""
-    return {obj.parent.name if obj.parent else "": obj for obj in scene.objects if obj.bentlight.is_lens}
+    return {obj.parent.name if obj.parent else "": obj for obj in all_of(scene)}
+
+
+def all_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """The lenses of a scene, those that have lost their holes too."""
+    return [obj for obj in scene.objects if obj.bentlight.made_for_cycles == "LENS"]
 
 
 def build(hole: bpy.types.Object) -> bpy.types.Object:
     """A lens that is still to be updated, beside its hole in all its collections."""
     lens = bpy.data.objects.new(f"{_NAME} {hole.name}", _sphere())
-    lens.bentlight.is_lens = True
+    lens.bentlight.made_for_cycles = "LENS"
     lens.parent = hole
     lens.display_type = "WIRE"
     lens.hide_select = True
@@ -55,8 +60,9 @@ def remove(lens: bpy.types.Object) -> None:
 
 def remove_orphans(scene: bpy.types.Scene) -> None:
     """Lenses whose holes have been deleted."""
-    for obj in [obj for obj in scene.objects if obj.bentlight.is_lens and not obj.parent]:
-        remove(obj)
+    for obj in all_of(scene):
+        if not obj.parent:
+            remove(obj)
 
 
 def update(

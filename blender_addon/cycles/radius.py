@@ -41,9 +41,8 @@ def distances(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, origin: ma
         found[""] = (scene.camera.evaluated_get(depsgraph).matrix_world.translation - origin).length
     for instance in depsgraph.object_instances:
         obj = instance.object
-        if obj.type != "MESH" or obj.hide_render or not obj.data.polygons:
-            continue
-        if obj.bentlight.is_lens or obj.bentlight.is_screen:
+        is_surface = obj.type == "MESH" and obj.bentlight.made_for_cycles == "NOTHING"
+        if not is_surface or obj.hide_render or not obj.data.polygons:
             continue
         matrix = instance.matrix_world
         if abs(matrix.determinant()) < 1e-30:

@@ -199,7 +199,7 @@ def _typical_distance(data: SceneData) -> float:
 def _show_lenses(scene: bpy.types.Scene, shown: bool) -> None:
     """Lenses bend what surfaces scatter; camera rays are bent already."""
     for obj in scene.objects:
-        if obj.bentlight.is_lens and obj.visible_camera != shown:
+        if obj.bentlight.made_for_cycles == "LENS" and obj.visible_camera != shown:
             obj.visible_camera = shown
 
 

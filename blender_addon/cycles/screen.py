@@ -17,7 +17,7 @@ _PARAMETERS = ("Maps", "Width", "Height", "Margin", "Band", "Parts", "Fine", "Sl
 
 def find(relay: bpy.types.Object) -> bpy.types.Object | None:
     """The screen of a relay camera, if it has one."""
-    return next((child for child in relay.children if child.bentlight.is_screen), None)
+    return next((child for child in relay.children if child.bentlight.made_for_cycles == "SCREEN"), None)
 
 
 def show(relay: bpy.types.Object, parameters: dict[str, int | float | str], side: float) -> None:
@@ -40,7 +40,7 @@ def _build(relay: bpy.types.Object) -> bpy.types.Object:
     mesh.from_pydata(_CORNERS, [], [(0, 1, 2, 3)])
     mesh.materials.append(shaders.new_material(mesh.name, _SHADER))
     screen = bpy.data.objects.new(mesh.name, mesh)
-    screen.bentlight.is_screen = True
+    screen.bentlight.made_for_cycles = "SCREEN"
     screen.parent = relay
     screen.display_type, screen.hide_select = "WIRE", True
     for kind in ("diffuse", "glossy", "transmission", "volume_scatter", "shadow"):

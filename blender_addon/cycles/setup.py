@@ -136,7 +136,7 @@ def _gpu_kind() -> str:
 
 def clear(scene: bpy.types.Scene) -> list[str]:
     """Takes back what setup did; settings that the user has changed since stay. Returns what it did."""
-    lenses = [obj for obj in scene.objects if obj.bentlight.is_lens]
+    lenses = lens.all_of(scene)
     for obj in lenses:
         if obj.parent:
             _forget_radius(obj.parent.bentlight)

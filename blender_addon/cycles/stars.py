@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 import os
 from pathlib import Path
 
 import bpy
-from bentlight_native import write_exr
 
 from ..properties_stars import BentlightWorldSettings
 from ..sync.camera import image_size
@@ -115,11 +113,8 @@ def _fill(node: bpy.types.Node, world: bpy.types.World) -> None:
     size = star_cells.size_for(len(stars.directions))
     strength = max(float(stars.irradiance.max(initial=0)) / _BRIGHTEST, 1e-30)
     cells = star_cells.star_cells(stars.directions, stars.irradiance / strength, size)
-    path = files.folder("tables") / f"stars_{hashlib.sha256(cells.tobytes()).hexdigest()[:16]}.exr"
-    if not path.is_file():
-        write_exr(path, {f"{i:02}": cells[..., i] for i in range(cells.shape[-1])}, {})
     inputs = {
-        "Cells": ("NodeSocketString", str(path)),
+        "Cells": ("NodeSocketString", str(files.named_by_content("stars", cells))),
         "Size": ("NodeSocketInt", size),
         "Strength": ("NodeSocketFloat", strength),
     }

@@ -74,7 +74,7 @@ class _SceneReader:
             self._add_spacetime(instance, matrix)
         if self._studio and _STUDIO_FLOOR in obj.material_slots:
             return
-        if obj.bentlight.is_lens or obj.bentlight.is_screen:
+        if obj.bentlight.made_for_cycles != "NOTHING":
             return  # what Cycles needs
         if not instance.show_self or obj.type not in {"MESH", "LIGHT", *_UNSUPPORTED_TYPES}:
             return

@@ -14,11 +14,12 @@ from dataclasses import dataclass
 
 import bentlight_native
 import numpy as np
+from orbit import Orbit
 
 DARK, BRIGHT = 0.2, 0.8
 HALF_WIDTH, SQUARES = 8.0, 8  # of the room; squares along a wall
-MASS, DISTANCE = 0.35, 7.0  # of the hole; from it to the camera
-STEP = np.radians(0.5)  # of the orbit, a frame
+MASS = 0.35
+ORBIT = Orbit(distance=7.0, height=0.2, step=np.radians(0.5), slope=0.6)
 
 
 @dataclass(frozen=True)
@@ -78,19 +79,6 @@ def room() -> bentlight_native.Scene:
     return scene
 
 
-def place_camera(scene: bentlight_native.Scene, frame: int, aspect: float) -> None:
-    """Puts the camera where it is in that frame, and commits."""
-    angle = frame * STEP
-    back = np.array([np.cos(angle), np.sin(angle), 0.2])
-    back /= np.linalg.norm(back)
-    right = np.cross((0, 0, 1), back)
-    right /= np.linalg.norm(right)
-    camera = np.eye(4)
-    camera[:3] = np.stack([right, np.cross(back, right), back, DISTANCE * back], axis=1)
-    scene.set_camera("PERSPECTIVE", camera, (-0.6 * aspect, 0.6 * aspect, -0.6, 0.6))
-    scene.commit()
-
-
 def render(
     scene: bentlight_native.Scene, size: tuple[int, int], samples: int, seed: int, ring_samples: int
 ) -> np.ndarray:
@@ -121,7 +109,7 @@ def measure(frames: int = 48, size: tuple[int, int] = (96, 54), samples: int = 3
     difference: dict[int, list[np.ndarray]] = {1: [], 8: []}
     count, kinds = dict.fromkeys(difference, 0.0), []
     for frame in range(frames):
-        place_camera(scene, frame, size[0] / size[1])
+        ORBIT.place_camera(scene, frame, size[0] / size[1])
         kinds.append(_kinds(scene, size, samples))
         for ring_samples, list_ in difference.items():
             (a, taken), (b, _) = (render(scene, size, samples, seed, ring_samples) for seed in (0, 1))

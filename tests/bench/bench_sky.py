@@ -10,10 +10,11 @@ from dataclasses import dataclass
 
 import bentlight_native
 import numpy as np
+from orbit import Orbit
 
 IMAGE = (512, 1024)  # rows and columns
-MASS, DISTANCE = 1.0, 20.0
-STEP = np.radians(0.1)  # of the orbit, a frame
+MASS = 1.0
+ORBIT = Orbit(distance=20.0, height=0.05, step=np.radians(0.1), slope=0.4)
 
 
 @dataclass(frozen=True)
@@ -49,18 +50,6 @@ def image_sky(pixels: np.ndarray) -> bentlight_native.Scene:
     return scene
 
 
-def place_camera(scene: bentlight_native.Scene, frame: int, aspect: float) -> None:
-    """Puts the camera where it is in that frame, and commits."""
-    back = np.array([np.cos(frame * STEP), np.sin(frame * STEP), 0.05])
-    back /= np.linalg.norm(back)
-    right = np.cross((0, 0, 1), back)
-    right /= np.linalg.norm(right)
-    camera = np.eye(4)
-    camera[:3] = np.stack([right, np.cross(back, right), back, DISTANCE * back], axis=1)
-    scene.set_camera("PERSPECTIVE", camera, (-0.4 * aspect, 0.4 * aspect, -0.4, 0.4))
-    scene.commit()
-
-
 def render(
     scene: bentlight_native.Scene, size: tuple[int, int], samples: int, seed: int, sky_filter: float
 ) -> np.ndarray:
@@ -87,7 +76,7 @@ def measure(
     scene.set_spacetime(bentlight_native.Spacetime.schwarzschild(MASS))
     pairs: dict[float, list[np.ndarray]] = {0.0: [], 1.0: []}
     for frame in range(frames):
-        place_camera(scene, frame, size[0] / size[1])
+        ORBIT.place_camera(scene, frame, size[0] / size[1])
         for sky_filter, list_ in pairs.items():
             list_.append(np.stack([render(scene, size, samples, seed, sky_filter) for seed in (frame, frames + frame)]))
     return [_flicker(sky_filter, np.array(list_)) for sky_filter, list_ in pairs.items()]

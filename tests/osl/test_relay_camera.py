@@ -206,7 +206,7 @@ def test_nothing_is_bent_twice(tmp_path):
     scene.render.engine = "CYCLES"
     bpy.ops.bentlight.cycles_setup()
     np.testing.assert_array_equal(picture(tmp_path), alone)
-    (lens,) = [obj for obj in scene.objects if obj.bentlight.is_lens]
+    (lens,) = [obj for obj in scene.objects if obj.bentlight.made_for_cycles == "LENS"]
     assert not lens.visible_camera
     bpy.ops.bentlight.relay_clear()
     assert lens.visible_camera
