@@ -16,6 +16,8 @@
 #include "bentlight/scene.h"     /* meshes, instances, spacetime objects */
 #include "bentlight/shading.h"   /* images, materials, the world */
 #include "bentlight/intersect.h" /* curved rays against the scene */
+#include "bentlight/veil.h"      /* the same through accretion disks */
+#include "bentlight/labels.h"    /* names and groups that passes tell things apart by */
 #include "bentlight/render.h"    /* path tracing by tiles */
 #include "bentlight/stars.h"     /* points of the sky, without noise */
 #endif

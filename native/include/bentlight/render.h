@@ -17,6 +17,16 @@ typedef enum bent_camera_kind {
   BENT_CAMERA_KINDS
 } bent_camera_kind;
 
+/* The opening of the camera's lens, for depth of field, in the plane of x and y around the camera's place; in panoramas
+ * across each ray, x towards the axis of sight (in a mirror ball towards camera space's x). */
+typedef struct bent_aperture {
+  double radius;         /* scene units; 0: a pinhole, and what follows is ignored */
+  double focal_distance; /* of what is sharp, positive: depth, in panoramas distance, in the camera's own straight space */
+  uint32_t blades;       /* corners of a regular polygon of that circumradius; below 3 a disk */
+  double rotation;       /* of the polygon, radians: the middle of a side lies there, from x towards y */
+  double ratio;          /* positive: how much narrower than high it is squeezed (anamorphic bokeh) */
+} bent_aperture;
+
 /* Parameters of a kind that is not used are ignored. Angles in radians. */
 typedef struct bent_camera {
   bent_camera_kind kind;
@@ -32,6 +42,7 @@ typedef struct bent_camera {
   double sensor_width, sensor_height;    /* equisolid, polynomial: mm */
   double fisheye_polynomial[5];          /* k0 .. k4: angle = -(k0 + k1 r + ... + k4 r^4), r in mm */
   double cylinder_longitude[2], cylinder_height[2], cylinder_radius; /* central cylindrical */
+  bent_aperture aperture;
 } bent_camera;
 
 /* Like every edit, this takes a bent_scene_commit to become visible. */
@@ -112,9 +123,9 @@ typedef struct bent_render_settings {
    * more for every 0.1 radians by which bending spreads the camera rays through its corners, and at most
    * photon_ring_samples, in [1, 64]. At 1 all pixels are alike. */
   uint32_t photon_ring_samples;
-  /* The channels hold all samples before first_sample already, from calls that began with 0, and are gone on with: to
-   * float rounding as if one call had taken all, the noise threshold's decisions included. sample_count must be among
-   * them, and with a noise threshold combined, noise_partial and noise_scatter. */
+  /* The state holds all samples before first_sample already, and is gone on with: as if one call had taken all, the noise
+   * threshold's decisions included. Without a state the channels do, to float rounding: sample_count must be among them,
+   * and with a noise threshold combined, noise_partial and noise_scatter. */
   int resume;
   /* Scattering events a path may have before its last one, which still gathers emission: as Cycles counts bounces.
    * The total, and by kind of lobe. Straight passes through transparent surfaces are counted apart. */
@@ -143,7 +154,11 @@ typedef struct bent_render_settings {
   double light_threshold;    /* connections that would bring a sample less than this are traced by chance only; 0:
                               * all */
   double alpha_threshold;    /* surfaces less opaque than this are not described by depth, position and normal */
+  uint32_t light_groups, aovs, matte_ranks; /* items in the channels of lists (bent_items), at most BENT_ITEMS_MAX */
+  double mist_start, mist_depth, mist_falloff; /* of the channel mist: lengths, and the power of what is between */
+  double occlusion_distance; /* of ambient_occlusion */
 } bent_render_settings;
+enum { BENT_ITEMS_MAX = 1024 };
 
 /* How the samples of a pixel become its value. */
 typedef enum bent_reduction {
@@ -151,19 +166,29 @@ typedef enum bent_reduction {
   BENT_MAX,   /* largest over the samples taken */
   BENT_FIRST, /* the value of the first sample of the range, as Cycles does for depth and position */
   BENT_COUNT, /* the number of samples taken */
+  BENT_MATTE, /* coverage of each name, summed over the samples and divided by their number, the largest first */
   BENT_STATE  /* what a call that resumes goes on with; of no use otherwise */
 } bent_reduction;
 
+/* Of what a channel has its components. */
+typedef enum bent_items {
+  BENT_SINGLE,
+  BENT_PER_LIGHT_GROUP, /* as many as the settings say */
+  BENT_PER_AOV,
+  BENT_PER_RANK
+} bent_items;
+
 typedef struct bent_channel {
   const char *name;
-  int components;
+  int components; /* of each item */
   bent_reduction reduction;
   const char *description;
+  bent_items items;
 } bent_channel;
 
 /* The one table of what a render can deliver. */
 const bent_channel *bent_render_channels(size_t *count);
-enum { BENT_CHANNELS_MAX = 16 };
+enum { BENT_CHANNELS_MAX = 48 };
 
 /* What happened in a call; for reports. */
 typedef struct bent_render_statistics {
@@ -177,17 +202,20 @@ typedef struct bent_render_statistics {
 #define BENT_LIGHT_UNIT 0x1p-32
 
 /* Renders the tile [x, x + width) x [y, y + height), pixels counted from the image's bottom left, into channels[i]:
- * float (height, width, components) of the i-th channel, row by row from the bottom, or NULL where not wanted.
+ * float (height, width, components * items) of the i-th channel, row by row from the bottom, or NULL where not wanted.
  *
  * Every random number is a function of (seed, pixel, sample, dimension), and a pixel's samples are its own, so the
- * result does not depend, to the last bit, on tiles, their order or threads; and merging two sample ranges by their
- * counts gives the range that spans both (to float rounding).
+ * result does not depend, to the last bit, on tiles, their order or threads; and merging the states of two sample ranges
+ * gives the state of the range that spans both.
  *
  * Tolerance: rays are traced to `tolerance` radians, or a tenth of the central pixel's angle if that is smaller; after
  * a diffuse scattering, which blurs what is seen, ten times more coarsely. Chords stay within that angle times the
  * distance from the ray's origin to the nearest spacetime object of the true ray.
  *
  * Radiance is carried along rays as it is: no shift of frequency, and so no g^3, between emitter and camera.
+ *
+ * state: NULL, or bent_render_state_width numbers for each pixel, rows from the bottom: what its samples add up to. What a
+ * call leaves there can be gone on with, merged and developed without any rounding.
  *
  * light: NULL, or with BENT_BIDIRECTIONAL the light that subpaths from lamps bring to the camera itself, anywhere in
  * the image: (height, width, 3) of the full image, rows from the bottom, shared by all calls and threads, to which each
@@ -200,8 +228,19 @@ typedef struct bent_render_statistics {
  * are 0). */
 bent_status bent_scene_render_tile(const bent_scene *scene, uint32_t x, uint32_t y, uint32_t width, uint32_t height,
                                    const bent_render_settings *settings, float *const channels[BENT_CHANNELS_MAX],
-                                   int64_t (*light)[3], bent_render_statistics *statistics, bent_progress *progress,
-                                   bent_error *error);
+                                   double *state, int64_t (*light)[3], bent_render_statistics *statistics,
+                                   bent_progress *progress, bent_error *error);
+/* Numbers in the state of each pixel of a render that wants the channels with a byte that is not 0. */
+size_t bent_render_state_width(const bent_render_settings *settings, const uint8_t wanted[BENT_CHANNELS_MAX]);
+/* Adds to the states of `pixels` pixels those of other samples of theirs, of a render with the same settings and wanted
+ * channels. In any order the result is the same to the last bit while sums of magnitudes stay below 2^41 and there are
+ * fewer than 2^21 samples a pixel, and no pixel has more names than matte_ranks. Where both have samples, there must have been
+ * no noise threshold. */
+void bent_render_state_merge(const bent_render_settings *settings, const uint8_t wanted[BENT_CHANNELS_MAX], size_t pixels,
+                             double *state, const double *other);
+/* The channels, arrays as of bent_scene_render_tile for `pixels` pixels, NULL where not wanted, that a state stands for. */
+void bent_render_state_develop(const bent_render_settings *settings, size_t pixels, const double *state,
+                               float *const channels[BENT_CHANNELS_MAX]);
 /* Why a committed scene is rendered as by BENT_PATH whatever is asked for; NULL if there is no reason. */
 const char *bent_scene_bidirectional_obstacle(const bent_scene *scene);
 #endif

@@ -72,8 +72,8 @@ bent_status bent_scene_set_mesh_attribute(bent_scene *scene, int mesh, int id, i
 /* The same of an instance as a whole; of a mesh that has the same attribute, its own counts. */
 bent_status bent_scene_set_instance_attribute(bent_scene *scene, int instance, int id, const float value[4],
                                               bent_error *error);
-/* Replaces the vertices (and corner normals, if not NULL) of a mesh; the counts and everything else stay. The tree is
- * refitted while the vertices stay near where it was built, else rebuilt. */
+/* Replaces the vertices (and corner normals and generated coordinates, if not NULL) of a mesh; the counts and everything
+ * else stay. The tree is refitted while the vertices stay near where it was built, else rebuilt. */
 bent_status bent_scene_update_mesh(bent_scene *scene, int mesh, const bent_mesh *data, bent_error *error);
 bent_status bent_scene_add_instance(bent_scene *scene, const bent_instance *instance, int *index, bent_error *error);
 bent_status bent_scene_update_instance(bent_scene *scene, int instance, const double world_from_mesh[4][4],

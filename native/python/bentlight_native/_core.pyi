@@ -28,7 +28,11 @@ class Scene:
         generated: NDArray[np.float32] | None,
     ) -> int: ...
     def update_mesh(
-        self, mesh: int, vertices: NDArray[np.float32], corner_normals: NDArray[np.float32] | None
+        self,
+        mesh: int,
+        vertices: NDArray[np.float32],
+        corner_normals: NDArray[np.float32] | None,
+        generated: NDArray[np.float32] | None,
     ) -> None: ...
     def set_mesh_attribute(self, mesh: int, attribute: int, values: NDArray[np.float32]) -> None: ...
     def set_instance_attribute(
@@ -65,6 +69,7 @@ class Scene:
         length_max: float,
         visibility: int,
         progress: Progress | None,
+        veils: NDArray[np.uint8] | None,
         fate: NDArray[np.uint8],
         instance: NDArray[np.int32],
         triangle: NDArray[np.int32],
@@ -77,6 +82,9 @@ class Scene:
         first_lens: NDArray[np.int32],
         borders: NDArray[np.uint32],
         sky: NDArray[np.int32],
+        glow: NDArray[np.float64] | None,
+        transmission: NDArray[np.float64] | None,
+        layers: NDArray[np.uint32] | None,
     ) -> None: ...
 
 class Spacetime:
@@ -155,7 +163,12 @@ def connect(
 ) -> tuple[int, int, int, int, int]: ...
 def load_embree(paths: list[str]) -> None: ...
 def embree_copy() -> tuple[str | None, str | None]: ...
-def render_channels() -> list[tuple[str, int, str, str]]: ...
+def render_channels() -> list[tuple[str, int, str, str, str]]: ...
+def state_width(names: Sequence[str], sizes: tuple[float, int, int, int]) -> int: ...
+def state_merge(names: Sequence[str], sizes: tuple[float, int, int, int], state: NDArray, other: NDArray) -> None: ...
+def state_develop(
+    sizes: tuple[float, int, int, int], height: int, width: int, state: NDArray, channels: dict[str, NDArray]
+) -> None: ...
 def draw_stars(
     places: NDArray[np.float64],
     light: NDArray[np.float64],

@@ -53,12 +53,20 @@ class GeometryMethods:
         """The same of an instance as a whole. Where its mesh has that attribute too, the mesh's counts."""
         super().set_instance_attribute(instance, attribute, value)
 
-    def update_mesh(self, mesh: int, vertices: np.ndarray, *, corner_normals: np.ndarray | None = None) -> None:
-        """Replace the vertices (n, 3) float32 of a mesh, n as before, and its corner normals if given.
+    def update_mesh(
+        self,
+        mesh: int,
+        vertices: np.ndarray,
+        *,
+        corner_normals: np.ndarray | None = None,
+        generated: np.ndarray | None = None,
+    ) -> None:
+        """Replace the vertices (n, 3) float32 of a mesh, n as before, and its corner normals and generated coordinates
+        if given.
 
         Small moves cost the next commit a refit, large ones a rebuild.
         """
-        super().update_mesh(mesh, vertices, corner_normals)
+        super().update_mesh(mesh, vertices, corner_normals, generated)
 
     def report_mesh(self, mesh: int) -> dict[str, int]:
         """Count what is odd about a mesh: triangles that are "degenerate" (no area in float32; never hit), "too_large"
@@ -130,6 +138,7 @@ class GeometryMethods:
         length_max: float = math.inf,
         sources: np.ndarray | None = None,
         visibility: int = VISIBLE_ALL,
+        veils: np.ndarray | None = None,
         progress: _core.Progress | None = None,
         out: dict[str, np.ndarray] | None = None,
     ) -> dict[str, np.ndarray]:
@@ -139,7 +148,8 @@ class GeometryMethods:
         axes; normalized here. tolerance: largest distance, in world units, of a hit from the true ray.
         angular_tolerance: wanted error of the directions, radians. length_min, length_max: only hits at such a length
         along the drawn ray count. sources: (n, 2) int32, instance and triangle that each ray leaves, -1 for none.
-        out: what an earlier call with as many rays has returned, to be overwritten: new memory costs time.
+        out: what an earlier call with as many rays, and with veils or without, has returned, to be overwritten: new
+        memory costs time.
 
         Returns "fate" (n,) uint8 (UNRESOLVED, ESCAPED, CAPTURED, ESCAPED_FAR, HIT); "instance", "triangle" (n,) int32,
         -1 without a hit; "barycentric" (n, 2) weights of vertices 1 and 2; "position" (n, 3) world, NaN without a hit;
@@ -148,6 +158,12 @@ class GeometryMethods:
         sphere the ray started, or which it entered first, or -1; "borders" (n,) uint32, how many spheres it entered
         and left and throats it went through; "sky" (n,) int32, -1 or the wormhole whose
         far sky an escaped ray sees. The scene must be committed (RuntimeError); several threads may call this at once.
+
+        veils: (instances,) bool: surfaces that rays, which are the camera's then, pass straight on, as accretion disks.
+        All of the above is of the whole way to what is met behind them; where nothing passes one any more, it is the
+        hit. Returned besides: "glow" (n, 3), the linear RGB radiance that veils send to the ray's start, each dimmed by
+        those before it; "transmission" (n, 3), the part of the light from behind them that passes; "layers" (n,)
+        uint32, how many have done anything where they were met. Rays through more than 64 surfaces are UNRESOLVED.
         """
         n = len(origins)
         out = out or {
@@ -163,6 +179,7 @@ class GeometryMethods:
             "first_lens": np.empty(n, np.int32),
             "borders": np.empty(n, np.uint32),
             "sky": np.empty(n, np.int32),
+            **({} if veils is None else _veil_results(n)),
         }
         super().intersect(
             origins,
@@ -174,6 +191,12 @@ class GeometryMethods:
             length_max,
             visibility,
             progress,
+            None if veils is None else np.ascontiguousarray(veils, np.uint8),
             *out.values(),
+            *([None] * 3 if veils is None else []),
         )
         return out
+
+
+def _veil_results(n: int) -> dict[str, np.ndarray]:
+    return {"glow": np.empty((n, 3)), "transmission": np.empty((n, 3)), "layers": np.empty(n, np.uint32)}

@@ -18,19 +18,21 @@ from .influence import EVERYONE, Influence, influences
 class Channel(NamedTuple):
     """One thing a render can deliver. `reduction` says how a pixel's samples become its value: 'mean', 'max', 'first'
     (the first sample of the range, as Cycles does for depth and position), 'count', or 'state' (what a call that
-    resumes goes on with). To merge two sample ranges, weight means by their counts, take the larger maximum, keep the
-    earlier first, and add counts."""
+    resumes from channels goes on with), or 'matte' (pairs of a name and the mean of its coverage, the largest first).
+    items: '', or the setting that says how many times the components are there."""
 
     name: str
     components: int
     reduction: str
     description: str
+    items: str
+
+    def width(self, settings: "RenderSettings") -> int:
+        """Values of a pixel: the last size of the channel's array."""
+        return self.components * (getattr(settings, self.items) if self.items else 1)
 
 
 CHANNELS: dict[str, Channel] = {row[0]: Channel(*row) for row in _core.render_channels()}
-
-
-_LIGHT_UNIT = 2.0**-32  # BENT_LIGHT_UNIT of the C header
 
 
 @dataclass(frozen=True)
@@ -47,9 +49,9 @@ class RenderSettings:
     photon_ring_samples: near the image of a photon sphere, and in a wormhole's mouth, a pixel takes up to this many
         samples where another takes one, 1 to 64: one more for every 0.1 radians by which bending spreads the camera
         rays through its corners. 1: all pixels are alike.
-    resume: the channels hold all samples before first_sample, from calls that began with 0, and are gone on with, to
-        float32 rounding as if one call had taken all; pixels that the noise threshold has ended stay as they are.
-        Takes the channel 'sample_count', and with a noise threshold 'combined' and those of reduction 'state'.
+    resume: the state holds all samples before first_sample and is gone on with, as if one call had taken all; pixels
+        that the noise threshold has ended stay as they are. Without a state the channels do, to float32 rounding,
+        which takes 'sample_count', and with a noise threshold 'combined' and those of reduction 'state'.
     max_bounces: scatterings before the last one, in all and by kind of lobe, counted as Cycles does: at 0 a path
         scatters once and gathers emission only. transparent_bounces counts straight passes through surfaces.
     roulette_start: bounces before Russian roulette may end a path.
@@ -76,7 +78,11 @@ class RenderSettings:
     portal_sampling: aims some scattered rays at the mouths of wormholes; the mean is the same.
     light_threshold: connections that would bring a sample less light than this are traced by chance only, in
         proportion, which costs some noise and no bias; 0 traces all.
-    alpha_threshold: surfaces less opaque than this are passed over by depth, position and normal.
+    alpha_threshold: surfaces less opaque than this are passed over by depth, position, normal and other data of the
+        first surface.
+    light_groups, aovs, matte_ranks: items in the channels of that many, at most 1024.
+    mist_start, mist_depth, mist_falloff: of the channel 'mist', which rises over that depth, by that power.
+    occlusion_distance: how far rays of the channel 'ambient_occlusion' see.
     """
 
     width: int
@@ -110,6 +116,13 @@ class RenderSettings:
     resume: bool = False
     sampling_pattern: str = "BLUE_NOISE"
     sky_filter: float = 0.0
+    light_groups: int = 1
+    aovs: int = 1
+    matte_ranks: int = 1
+    mist_start: float = 5.0
+    mist_depth: float = 25.0
+    mist_falloff: float = 2.0
+    occlusion_distance: float = 10.0
 
 
 class RenderStatistics(NamedTuple):
@@ -125,6 +138,21 @@ class RenderStatistics(NamedTuple):
     rays: int
     unresolved: int
     invalid: int
+
+
+class Aperture(NamedTuple):
+    """The opening of a camera's lens, as Cycles has it.
+
+    radius: scene units. focal_distance: of what is sharp, depth, in panoramas distance, in the camera's own straight
+    space; positive. blades: corners of a regular polygon of that circumradius, below 3 a disk. rotation: radians, of
+    the middle of a side. ratio: positive; 2 squeezes the opening to half its width.
+    """
+
+    radius: float
+    focal_distance: float
+    blades: int = 0
+    rotation: float = 0.0
+    ratio: float = 1.0
 
 
 class CameraRays(NamedTuple):
@@ -171,6 +199,7 @@ class RenderMethods:
         central_cylindrical_range_v_min: float = -1.0,
         central_cylindrical_range_v_max: float = 1.0,
         central_cylindrical_radius: float = 1.0,
+        aperture: Aperture | None = None,
     ) -> None:
         """Set the camera; visible after commit().
 
@@ -181,6 +210,7 @@ class RenderMethods:
         viewplane: left, right, bottom, top of the image, shift included: on the plane at distance 1 (perspective), in
             scene units (orthographic), or in the panorama's (u, v), where (0, 1, 0, 1) is all of it.
         clip_start, clip_end: z depth (perspective, orthographic) or distance (panoramas).
+        aperture: of the lens, for depth of field; without, everything is sharp.
         The rest are the parameters of the panoramas, named as Blender's camera properties; sensor and lens in mm.
         Raises ValueError for an unknown kind, a singular matrix or a parameter out of its range.
         """
@@ -208,13 +238,18 @@ class RenderMethods:
             central_cylindrical_range_v_min,
             central_cylindrical_range_v_max,
             central_cylindrical_radius,
+            aperture or Aperture(0.0, 1.0),
         )
 
-    def camera_rays(self, points: ArrayLike) -> CameraRays:
-        """The rays through points of the image, (n, 2) in [0, 1] from its left and bottom edges."""
+    def camera_rays(self, points: ArrayLike, lens: ArrayLike | None = None) -> CameraRays:
+        """The rays through points of the image, (n, 2) in [0, 1] from its left and bottom edges.
+
+        lens: (n, 2) in [0, 1), evenly mapped to the area of the aperture; without, all rays go through its middle.
+        """
         points = np.ascontiguousarray(points, dtype=np.float64)
         origins, directions, ranges = (np.empty((len(points), 3)) for _ in range(3))
-        self._camera_rays(points, origins, directions, ranges)
+        lens = None if lens is None else np.ascontiguousarray(lens, dtype=np.float64)
+        self._camera_rays(points, origins, directions, ranges, lens)
         return CameraRays(origins, directions, *ranges.T)
 
     def set_suns(
@@ -270,6 +305,30 @@ class RenderMethods:
             np.array(np.broadcast_to(materials, (count,)), dtype=np.int32),
             np.array(np.broadcast_to(visibility, (count,)), dtype=np.uint32),
             influences(influence, count),
+        )
+
+    def set_labels(
+        self,
+        instance_names: ArrayLike = (),
+        instance_groups: ArrayLike = (),
+        materials: ArrayLike = (),
+        lamp_groups: ArrayLike = (),
+        sun_groups: ArrayLike = (),
+        world_group: int = -1,
+    ) -> None:
+        """Say what passes tell things apart by; in the order in which they were added. Takes no commit.
+
+        instance_names: (n, 2), the Cryptomatte names of object and asset, hashes as float32. instance_groups: (n, 2)
+        the light group of an instance's own light, -1: none, and 1 if it is an accretion disk, else 0. materials:
+        (m, 2) the Cryptomatte name and the index of each. lamp_groups, sun_groups: (k,).
+        """
+        self._set_labels(
+            np.ascontiguousarray(instance_names, dtype=np.float32).reshape(-1, 2),
+            np.ascontiguousarray(instance_groups, dtype=np.int32).reshape(-1, 2),
+            np.ascontiguousarray(materials, dtype=np.float32).reshape(-1, 2),
+            np.ascontiguousarray(lamp_groups, dtype=np.int32),
+            np.ascontiguousarray(sun_groups, dtype=np.int32),
+            world_group,
         )
 
     def draw_lights(
@@ -352,6 +411,7 @@ class RenderMethods:
         channels: Mapping[str, NDArray[np.float32]],
         progress: "_core.Progress | None" = None,
         light: NDArray[np.int64] | None = None,
+        state: NDArray[np.float64] | None = None,
     ) -> RenderStatistics:
         """Render one tile of the image and write it into `channels`.
 
@@ -361,21 +421,14 @@ class RenderMethods:
             hold what was finished: the channel `sample_count` says how many samples each pixel has (0: all zero).
         light: with the integrator BIDIRECTIONAL, (settings.height, settings.width, 3) of the whole image, to which the
             call adds what light subpaths bring anywhere in it; calls on several threads may share it (`light_image`).
+        state: (height, width, state_width(channels, settings)), what the samples add up to: a call that resumes goes on
+            with it to the last bit, and merge_states and develop_state take it.
         The result is the same to the last bit for any tiles, order and number of threads. Releases the GIL.
         Raises ValueError for bad settings or arrays, RuntimeError without a camera or before commit().
         """
         values = {field.name: getattr(settings, field.name) for field in fields(settings)}
-        return RenderStatistics(**self._render_tile((x, y, width, height), dict(channels), light, progress, **values))
-
-
-def light_image(light: NDArray[np.int64], samples: int, size: tuple[int, int] | None = None) -> NDArray[np.float32]:
-    """What `render_tile` has left in `light`, as a picture to be added to `combined`, (height, width, 3).
-
-    light: all of the array, or a part of it if `size` is the width and height of the image.
-    samples: of all calls that have added to it together (RenderStatistics.samples).
-    """
-    height, width = light.shape[:2] if size is None else size[::-1]
-    return (light * (_LIGHT_UNIT * width * height / max(samples, 1))).astype(np.float32)
+        done = self._render_tile((x, y, width, height), dict(channels), state, light, progress, **values)
+        return RenderStatistics(**done)
 
 
 def sobol_points(

@@ -120,16 +120,15 @@ bent_status bent_scene_update_mesh(bent_scene *scene, int index, const bent_mesh
   const bent_status status = check_finite("vertices", m->vertex_count, data->vertices, error);
   if (status) return status;
   int ok = 1;
-  if (data->corner_normals) {
-    void *normals = copy(data->corner_normals, m->triangle_count * sizeof *m->corner_normals, 0, &ok);
-    if (!ok) return bent_fail(error, BENT_ERROR_MEMORY, "mesh: out of memory");
-    free(m->corner_normals);
-    m->corner_normals = normals;
+  void *normals = copy(data->corner_normals, m->triangle_count * sizeof *m->corner_normals, 0, &ok);
+  void *generated = copy(data->generated, m->vertex_count * sizeof *m->generated, 0, &ok);
+  if (!m->built && m->scene) m->built = copy(m->vertices, m->vertex_count * sizeof *m->vertices, 0, &ok);
+  if (!ok) {
+    free(normals), free(generated);
+    return bent_fail(error, BENT_ERROR_MEMORY, "mesh: out of memory");
   }
-  if (!m->built && m->scene) {
-    m->built = copy(m->vertices, m->vertex_count * sizeof *m->vertices, 0, &ok);
-    if (!ok) return bent_fail(error, BENT_ERROR_MEMORY, "mesh: out of memory");
-  }
+  if (normals) free(m->corner_normals), m->corner_normals = normals;
+  if (generated) free(m->generated), m->generated = generated;
   if (m->vertex_count) memcpy(m->vertices, data->vertices, m->vertex_count * sizeof *m->vertices);
   m->moved = 1;
   scene_edited(scene);

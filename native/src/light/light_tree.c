@@ -10,8 +10,8 @@ enum { BINS = 16, DEPTH_MAX = 64 };
 
 typedef struct node {
   light_cluster cluster;
-  vec3 center;
-  double radius;  /* of the box's bounding sphere */
+  vec3 center, half; /* of the box */
+  double radius;     /* of its bounding sphere */
   int32_t parent; /* -1: the root */
   int32_t second; /* child; -1: a leaf */
   int32_t emitter;
@@ -52,7 +52,10 @@ static void join_cones(light_cluster *out, const light_cluster *a, const light_c
 
 static light_cluster join(const light_cluster *a, const light_cluster *b)
 {
+  const double part = b->power / (a->power + b->power);
   light_cluster out = {.low = v3_lower(a->low, b->low), .high = v3_upper(a->high, b->high),
+                       .middle = v3_mad(v3_sub(b->middle, a->middle), part, a->middle),
+                       .size2 = a->size2 + part * (b->size2 - a->size2),
                        .power = a->power + b->power, .around = a->around || b->around};
   if (!out.around) join_cones(&out, a, b);
   return out;
@@ -143,7 +146,8 @@ static void build(light_tree *t, const light_cluster *emitters, int32_t *order, 
     n->cluster = join(&t->nodes[self + 1].cluster, &t->nodes[n->second].cluster);
   }
   n->center = center_of(&n->cluster);
-  n->radius = v3_length(v3_sub(n->cluster.high, n->cluster.low)) / 2;
+  n->half = v3_scale(v3_sub(n->cluster.high, n->cluster.low), 0.5);
+  n->radius = v3_length(n->half);
 }
 
 bent_status light_tree_new(const light_cluster *emitters, size_t count, int bent, light_tree **out, bent_error *error)
@@ -183,32 +187,55 @@ static double cos_less(double cos_a, double cos_b, double sin_b)
   return cos_a >= cos_b ? 1 : cos_a * cos_b + sqrt(max2(1 - cos_a * cos_a, 0)) * sin_b;
 }
 
-/* An upper bound, about, of what the node's emitters give. */
-static double weight_of(const node *n, vec3 point, vec3 normal, double floor)
+/* Whether any of a node's box is above a plane through `point`, of that normal. */
+static int reaches_above(const node *n, vec3 point, vec3 normal)
 {
+  const double up = v3_dot(v3_sub(n->center, point), normal);
+  return up + fabs(normal.x) * n->half.x + fabs(normal.y) * n->half.y + fabs(normal.z) * n->half.z > 0;
+}
+
+/* The part of a node's light, about and rather too much, that its emitters send towards a point, and that a surface there
+ * takes; 0 if they or it face away from each other. */
+static double facing(const node *n, vec3 point, vec3 normal, double floor)
+{
+  const light_cluster *c = &n->cluster;
+  const int flat = !c->around && c->cos_normals >= 1, has_normal = v3_dot(normal, normal) > 0; /* a flat lamp */
   const vec3 to = v3_sub(point, n->center);
-  const double distance2 = v3_dot(to, to), radius2 = n->radius * n->radius;
-  if (distance2 <= radius2) return n->cluster.power / max2(radius2, 1e-300);
-  const double inverse = 1 / sqrt(max2(distance2, 1e-300)), sin_box = n->radius * inverse;
-  const double weight = n->cluster.power * inverse * inverse, cos_box = sqrt(max2(1 - sin_box * sin_box, 0));
-  double facing = 1, lit = 1;
-  if (!n->cluster.around) {
-    const double cosine = v3_dot(to, n->cluster.axis) * inverse;
-    const double in_cone = n->cluster.cos_normals < 1 ? cos_less(cosine, n->cluster.cos_normals, n->cluster.sin_normals)
-                                                      : cosine; /* a flat lamp */
-    facing = max2(cos_less(in_cone, cos_box, sin_box), floor);
-    if (!(facing > 0)) return 0;
+  const double distance2 = v3_dot(to, to);
+  if (distance2 <= n->radius * n->radius) {
+    const int behind = flat && !reaches_above(n, point, v3_scale(c->axis, -1));
+    const int below = has_normal && !reaches_above(n, point, normal);
+    return behind && below ? floor * floor : behind || below ? floor : 1;
   }
-  if (v3_dot(normal, normal) > 0) {
-    const double cosine = -v3_dot(to, normal) * inverse;
-    lit = max2(cos_less(cosine, cos_box, sin_box), floor);
+  const double inverse = 1 / sqrt(distance2), sin_box = n->radius * inverse;
+  const double cos_box = sqrt(max2(1 - sin_box * sin_box, 0));
+  double sent = 1, lit = 1;
+  if (!c->around) {
+    const double cosine = v3_dot(to, c->axis) * inverse;
+    const double in_cone = flat ? cosine : cos_less(cosine, c->cos_normals, c->sin_normals);
+    sent = max2(cos_less(in_cone, cos_box, sin_box), floor);
+    if (!(sent > 0)) return 0;
   }
-  return lit > 0 ? weight * facing * lit : 0;
+  if (has_normal) lit = max2(cos_less(-v3_dot(to, normal) * inverse, cos_box, sin_box), floor);
+  return sent * lit;
 }
 
 double light_tree_weight(const light_tree *tree, vec3 point, vec3 normal)
 {
-  return weight_of(&tree->nodes[0], point, normal, tree->floor);
+  const node *root = &tree->nodes[0];
+  const vec3 to = v3_sub(point, root->center);
+  const double distance2 = max2(v3_dot(to, to), root->radius * root->radius);
+  return root->cluster.power / max2(distance2, 1e-300) * facing(root, point, normal, tree->floor);
+}
+
+/* What a node weighs beside its sibling. An evenly shining disk of radius r lights a place at distance h on its axis as
+ * 1 / (h^2 + r^2): so lamps near a point do not outweigh others beyond measure. From among many small ones the nearest is not
+ * known. */
+static double weight_of(const node *n, vec3 point, vec3 normal, double floor)
+{
+  const vec3 to = v3_sub(point, n->cluster.middle);
+  const double distance2 = max2(v3_dot(to, to) + n->cluster.size2, n->radius * n->radius);
+  return n->cluster.power / max2(distance2, 1e-300) * facing(n, point, normal, floor);
 }
 
 /* Probability of the first of two children; NaN if neither can reach the point. */

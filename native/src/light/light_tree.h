@@ -14,6 +14,8 @@
  * cosine to the normal as far as a quarter turn; `around`: with even strength to all sides. */
 typedef struct light_cluster {
   vec3 low, high;         /* box around it, world */
+  vec3 middle;            /* of its light */
+  double size2;           /* squared distance from the box's center to its corners; of many, the mean by power */
   double power;           /* mean radiance times area; of a point: radiant intensity */
   int around;
   vec3 axis;              /* of the cone of normals */
@@ -25,7 +27,7 @@ typedef struct light_tree light_tree;
 /* From `count` >= 1 emitters of positive power. bent: rays may be curved. */
 bent_status light_tree_new(const light_cluster *emitters, size_t count, int bent, light_tree **out, bent_error *error);
 void light_tree_free(light_tree *tree);
-/* What all emitters together weigh at a point, about their irradiance. normal: of the surface there, which light from
+/* What all emitters together weigh at a point: about their irradiance, rather too much. normal: of the surface there, which light from
  * behind does not reach; 0: light may come from all sides. */
 double light_tree_weight(const light_tree *tree, vec3 point, vec3 normal);
 /* Draws an emitter by *u in [0, 1), and makes *u uniform again. -1 if none can reach the point. */

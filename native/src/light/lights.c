@@ -132,12 +132,15 @@ static int add_triangle(lights *l, const bent_scene *scene, int instance, int tr
     back = max2(back, beam_brightness(scene, instance, triangle, at, v3_scale(normal, -1), distance));
     if (!(front + back > 0)) return 1;
   }
-  light_cluster c = {.low = corner[0], .high = corner[0], .power = max2(front, back) * size,
+  light_cluster c = {.low = corner[0], .high = corner[0], .middle = triangle_at(corner, PROBES[0]),
+                     .power = max2(front, back) * size,
                      .axis = front > 0 ? normal : v3_scale(normal, -1), .cos_normals = front > 0 && back > 0 ? -1 : 1};
   for (int i = 1; i < 3; i++) {
     c.low = v3(min2(c.low.x, corner[i].x), min2(c.low.y, corner[i].y), min2(c.low.z, corner[i].z));
     c.high = v3(max2(c.high.x, corner[i].x), max2(c.high.y, corner[i].y), max2(c.high.z, corner[i].z));
   }
+  const vec3 diagonal = v3_sub(c.high, c.low);
+  c.size2 = v3_dot(diagonal, diagonal) / 4;
   l->of_triangle[instance][triangle] = (int32_t)l->count;
   return push(l, (emitter){instance, triangle, {corner[0], corner[1], corner[2]}}, &c);
 }
@@ -181,7 +184,8 @@ static int add_lamp(lights *l, const bent_scene *scene, int index)
     const vec3 direction = v3_normalize(mat4_vector(&lamp->world_from_lamp, own));
     if (i != 13) sum += brightness(lamp_intensity(scene, lamp, direction, 1, &RAY_SCATTERED));
   }
-  const light_cluster c = {.low = lamp->position, .high = lamp->position, .power = sum / 26 + 1e-30, .around = 1};
+  const light_cluster c = {.low = lamp->position, .high = lamp->position, .middle = lamp->position,
+                           .power = sum / 26 + 1e-30, .around = 1};
   return push(l, (emitter){.instance = -1, .index = index}, &c);
 }
 
@@ -270,11 +274,13 @@ bent_status lights_new(const bent_scene *scene, lights **out, bent_error *error)
   if (ok) ok = add_flux(l, scene) && add_suns(l, scene);
   bent_status status = ok ? BENT_OK : bent_fail(error, BENT_ERROR_MEMORY, "lights: out of memory");
   if (!status && l->count) status = light_tree_new(l->clusters, l->count, is_bent(g), &l->tree, error);
-  if (!status) status = sky_map_new(scene->shading, &l->sky, error);
+  const int keeps_sky = scene->lights && scene->sky_valid;
+  if (!status && !keeps_sky) status = sky_map_new(scene->shading, &l->sky, error);
   if (status) {
     lights_free(l);
     return status;
   }
+  if (keeps_sky) l->sky = scene->lights->sky, scene->lights->sky = NULL;
   if (lights_any_start(l)) l->casters = casters_find(scene);
   l->sky_weight = l->sky ? M_PI * sky_map_mean(l->sky) : 0;
   free(l->clusters);

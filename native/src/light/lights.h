@@ -24,7 +24,7 @@ typedef struct light_sample {
   double probability, facing;
 } light_sample;
 
-/* Lights of a scene whose geometry is committed. */
+/* Lights of a scene whose geometry is committed. Takes the map of a sky that is still valid from the scene's last ones. */
 bent_status lights_new(const bent_scene *scene, lights **out, bent_error *error);
 void lights_free(lights *lights);
 

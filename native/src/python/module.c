@@ -19,7 +19,7 @@ static int execute(PyObject *module)
       scene_add_type(module) < 0 || table_add_type(module) < 0 || sphere_add_type(module) < 0)
     return -1;
   PyMethodDef *const topics[] = {module_functions, embree_functions, trace_functions, connect_functions,
-                                 table_functions, sphere_functions, render_functions, disk_functions, star_functions};
+                                 table_functions, sphere_functions, render_functions, channel_functions, disk_functions, star_functions};
   for (size_t i = 0; i < sizeof topics / sizeof *topics; i++)
     if (PyModule_AddFunctions(module, topics[i]) < 0) return -1;
   return 0;

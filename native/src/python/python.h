@@ -68,12 +68,23 @@ bent_progress *progress_value(PyObject *object, int *ok);
 /* The scene inside a Scene, or NULL with TypeError. */
 bent_scene *scene_value(PyObject *object);
 
+/* The number of a name in a list, or -1 with a ValueError that says what was asked for: scene_render.c. */
+int choose(const char *text, const char *what, const char *const *names, int count);
+
+/* channels.c: arrays by name from a dict {channel name: array (height, width, components)} in the order of the table; and
+ * the state of a render that wants those, None gives none. Both return 0, or -1 with a Python error. */
+int channels_get(PyObject *dict, Py_ssize_t height, Py_ssize_t width, const bent_render_settings *settings,
+                 buffer buffers[BENT_CHANNELS_MAX], float *arrays[BENT_CHANNELS_MAX]);
+int state_get(buffer *out, PyObject *object, const bent_render_settings *settings, Py_ssize_t height, Py_ssize_t width,
+              float *const channels[BENT_CHANNELS_MAX]);
+
 /* The filter of that name, or -1 with a ValueError: scene_render.c. */
 int filter_value(const char *name);
 
 /* Methods of Scene, by topic: scene_geometry.c, scene_shading.c, scene_render.c, scene_stars.c. */
-extern PyMethodDef scene_geometry_methods[], scene_shading_methods[], scene_render_methods[], scene_star_methods[];
+extern PyMethodDef scene_geometry_methods[], scene_shading_methods[], scene_render_methods[], scene_star_methods[],
+    scene_label_methods[];
 /* Functions of the module, by topic. */
-extern PyMethodDef trace_functions[], connect_functions[], table_functions[], sphere_functions[], render_functions[],
+extern PyMethodDef trace_functions[], connect_functions[], table_functions[], sphere_functions[], render_functions[], channel_functions[],
     embree_functions[], disk_functions[], star_functions[];
 #endif

@@ -35,7 +35,7 @@ static void dealloc(PyObject *self)
 /* One method table out of the topics' tables; it lives as long as the process. */
 static PyMethodDef *gather(void)
 {
-  PyMethodDef *const topics[] = {scene_geometry_methods, scene_shading_methods, scene_render_methods,
+  PyMethodDef *const topics[] = {scene_geometry_methods, scene_shading_methods, scene_render_methods, scene_label_methods,
                                  scene_star_methods};
   size_t count = 1, used = 0;
   for (size_t t = 0; t < sizeof topics / sizeof *topics; t++)

@@ -4,6 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "geometry/geometry.h"
+#include "scene/scene.h"
+
 #define MANY(array) (sizeof(array) / sizeof *(array))
 
 /* Everything that works on whole arrays lets other Python threads run. */
@@ -86,12 +89,13 @@ static PyObject *set_instance_attribute(PyObject *self, PyObject *args)
 static PyObject *update_mesh(PyObject *self, PyObject *args)
 {
   int index;
-  PyObject *vertices, *normals;
-  if (!PyArg_ParseTuple(args, "iOO:update_mesh", &index, &vertices, &normals)) return NULL;
-  buffer b[2] = {{.held = 0}};
+  PyObject *vertices, *normals, *generated;
+  if (!PyArg_ParseTuple(args, "iOOO:update_mesh", &index, &vertices, &normals, &generated)) return NULL;
+  buffer b[3] = {{.held = 0}};
   Py_ssize_t v[2] = {-1, 3}, n[3] = {-1, 3, 3};
   const int bad = buffer_get(&b[0], vertices, "vertices", 'f', 2, v, BUFFER_FINITE) < 0 ||
-                  buffer_get(&b[1], normals, "corner_normals", 'f', 3, n, BUFFER_OPTIONAL | BUFFER_FINITE) < 0;
+                  buffer_get(&b[1], normals, "corner_normals", 'f', 3, n, BUFFER_OPTIONAL | BUFFER_FINITE) < 0 ||
+                  buffer_get(&b[2], generated, "generated", 'f', 2, v, BUFFER_OPTIONAL | BUFFER_FINITE) < 0;
   bent_scene *scene = scene_value(self);
   bent_error error;
   bent_status status = BENT_OK;
@@ -99,7 +103,8 @@ static PyObject *update_mesh(PyObject *self, PyObject *args)
     const bent_mesh mesh = {.vertex_count = (size_t)v[0],
                             .triangle_count = b[1].held ? (size_t)n[0] : 0,
                             .vertices = buffer_data(&b[0]),
-                            .corner_normals = buffer_data(&b[1])};
+                            .corner_normals = buffer_data(&b[1]),
+                            .generated = buffer_data(&b[2])};
     WITHOUT_GIL(status = bent_scene_update_mesh(scene, index, &mesh, &error))
   }
   buffer_release_all(b, MANY(b));
@@ -216,8 +221,8 @@ static PyObject *commit(PyObject *self, PyObject *object)
 }
 
 /* The arrays of one intersect call. */
-enum { ORIGIN, DIRECTION, SOURCE, FATE, INSTANCE, TRIANGLE, BARYCENTRIC, POSITION, OUT_DIRECTION, LENGTH, SWEPT, ERROR,
-       FIRST_LENS, BORDERS, SKY, ARRAYS };
+enum { ORIGIN, DIRECTION, SOURCE, IS_VEIL, FATE, INSTANCE, TRIANGLE, BARYCENTRIC, POSITION, OUT_DIRECTION, LENGTH,
+       SWEPT, ERROR, FIRST_LENS, BORDERS, SKY, GLOW, TRANSMISSION, LAYERS, ARRAYS };
 enum { CHUNK = 1024 }; /* rays converted at a time between the caller's arrays and the core's structs */
 
 static void load_rays(const buffer *b, size_t begin, size_t n, const bent_ray *common, bent_ray *rays)
@@ -253,20 +258,36 @@ static void store_hits(const buffer *b, size_t begin, size_t n, const bent_hit *
   }
 }
 
+static void store_veils(const buffer *b, size_t begin, size_t n, const bent_veil *veils)
+{
+  for (size_t i = 0; i < n; i++) {
+    const size_t k = begin + i;
+    memcpy((double(*)[3])buffer_data(&b[GLOW]) + k, veils[i].glow, sizeof veils[i].glow);
+    memcpy((double(*)[3])buffer_data(&b[TRANSMISSION]) + k, veils[i].transmission, sizeof veils[i].transmission);
+    ((uint32_t *)buffer_data(&b[LAYERS]))[k] = veils[i].layers;
+  }
+}
+
 static bent_status intersect_chunks(const bent_scene *scene, const buffer *b, size_t n, const bent_ray *common,
                                     bent_progress *progress, bent_error *error)
 {
+  const uint8_t *is_veil = buffer_data(&b[IS_VEIL]);
   bent_ray *rays = malloc(CHUNK * sizeof *rays);
   bent_hit *hits = malloc(CHUNK * sizeof *hits);
-  bent_status status = rays && hits ? BENT_OK : bent_fail(error, BENT_ERROR_MEMORY, "intersect: out of memory");
+  bent_veil *veils = malloc((is_veil ? CHUNK : 1) * sizeof *veils);
+  bent_status status =
+      rays && hits && veils ? BENT_OK : bent_fail(error, BENT_ERROR_MEMORY, "intersect: out of memory");
   for (size_t begin = 0; begin < n && !status; begin += CHUNK) {
     const size_t m = n - begin < CHUNK ? n - begin : CHUNK;
     load_rays(b, begin, m, common, rays);
-    status = bent_scene_intersect(scene, m, rays, hits, progress, error);
+    status = is_veil ? bent_scene_intersect_veiled(scene, m, rays, is_veil, hits, veils, progress, error)
+                     : bent_scene_intersect(scene, m, rays, hits, progress, error);
     if (!status) store_hits(b, begin, m, hits);
+    if (!status && is_veil) store_veils(b, begin, m, veils);
   }
   free(rays);
   free(hits);
+  free(veils);
   return status;
 }
 
@@ -275,11 +296,11 @@ static PyObject *intersect(PyObject *self, PyObject *args)
   PyObject *in[ARRAYS], *progress_object;
   bent_ray common = {.source_instance = -1, .source_triangle = -1};
   unsigned visibility;
-  if (!PyArg_ParseTuple(args, "OOOddddIOOOOOOOOOOOOO:intersect", &in[ORIGIN], &in[DIRECTION], &in[SOURCE],
+  if (!PyArg_ParseTuple(args, "OOOddddIOOOOOOOOOOOOOOOOO:intersect", &in[ORIGIN], &in[DIRECTION], &in[SOURCE],
                         &common.tolerance, &common.angular_tolerance, &common.length_min, &common.length_max,
-                        &visibility, &progress_object, &in[FATE], &in[INSTANCE], &in[TRIANGLE], &in[BARYCENTRIC],
-                        &in[POSITION], &in[OUT_DIRECTION], &in[LENGTH], &in[SWEPT], &in[ERROR],
-                        &in[FIRST_LENS], &in[BORDERS], &in[SKY]))
+                        &visibility, &progress_object, &in[IS_VEIL], &in[FATE], &in[INSTANCE], &in[TRIANGLE],
+                        &in[BARYCENTRIC], &in[POSITION], &in[OUT_DIRECTION], &in[LENGTH], &in[SWEPT], &in[ERROR],
+                        &in[FIRST_LENS], &in[BORDERS], &in[SKY], &in[GLOW], &in[TRANSMISSION], &in[LAYERS]))
     return NULL;
   common.visibility = visibility;
   static const struct {
@@ -287,12 +308,14 @@ static PyObject *intersect(PyObject *self, PyObject *args)
     char format;
     int columns, flags;
   } KINDS[ARRAYS] = {{"origins", 'd', 3, BUFFER_FINITE}, {"directions", 'd', 3, BUFFER_FINITE},
-                     {"sources", 'i', 2, BUFFER_OPTIONAL}, {"fate", 'B', 0, BUFFER_WRITE},
-                     {"instance", 'i', 0, BUFFER_WRITE}, {"triangle", 'i', 0, BUFFER_WRITE},
-                     {"barycentric", 'd', 2, BUFFER_WRITE}, {"position", 'd', 3, BUFFER_WRITE},
-                     {"direction", 'd', 3, BUFFER_WRITE}, {"length", 'd', 0, BUFFER_WRITE},
-                     {"swept", 'd', 0, BUFFER_WRITE}, {"error", 'd', 0, BUFFER_WRITE}, {"first_lens", 'i', 0, BUFFER_WRITE},
-                     {"borders", 'I', 0, BUFFER_WRITE}, {"sky", 'i', 0, BUFFER_WRITE}};
+                     {"sources", 'i', 2, BUFFER_OPTIONAL}, {"veils", 'B', 0, BUFFER_OPTIONAL},
+                     {"fate", 'B', 0, BUFFER_WRITE}, {"instance", 'i', 0, BUFFER_WRITE},
+                     {"triangle", 'i', 0, BUFFER_WRITE}, {"barycentric", 'd', 2, BUFFER_WRITE},
+                     {"position", 'd', 3, BUFFER_WRITE}, {"direction", 'd', 3, BUFFER_WRITE},
+                     {"length", 'd', 0, BUFFER_WRITE}, {"swept", 'd', 0, BUFFER_WRITE}, {"error", 'd', 0, BUFFER_WRITE},
+                     {"first_lens", 'i', 0, BUFFER_WRITE}, {"borders", 'I', 0, BUFFER_WRITE},
+                     {"sky", 'i', 0, BUFFER_WRITE}, {"glow", 'd', 3, BUFFER_WRITE},
+                     {"transmission", 'd', 3, BUFFER_WRITE}, {"layers", 'I', 0, BUFFER_WRITE}};
   int ok;
   bent_scene *scene = scene_value(self);
   bent_progress *progress = progress_value(progress_object, &ok);
@@ -301,8 +324,9 @@ static PyObject *intersect(PyObject *self, PyObject *args)
   Py_ssize_t n = -1;
   int bad = 0;
   for (int i = 0; i < ARRAYS && !bad; i++) {
-    Py_ssize_t shape[2] = {n, KINDS[i].columns};
-    bad = buffer_get(&b[i], in[i], KINDS[i].name, KINDS[i].format, KINDS[i].columns ? 2 : 1, shape, KINDS[i].flags) < 0;
+    Py_ssize_t shape[2] = {i == IS_VEIL ? (Py_ssize_t)scene->geometry->instance_count : n, KINDS[i].columns};
+    const int flags = KINDS[i].flags | (i > SKY && !b[IS_VEIL].held ? BUFFER_OPTIONAL : 0);
+    bad = buffer_get(&b[i], in[i], KINDS[i].name, KINDS[i].format, KINDS[i].columns ? 2 : 1, shape, flags) < 0;
     if (i == ORIGIN) n = shape[0];
   }
   bent_error error;

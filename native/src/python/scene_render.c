@@ -7,6 +7,7 @@
 
 #include "light/join.h"
 #include "light/lights.h"
+#include "render/aperture.h"
 #include "render/camera.h"
 #include "render/filter.h"
 #include "render/sampler.h"
@@ -30,13 +31,11 @@ static const char *const LIGHT_SAMPLINGS[BENT_LIGHT_SAMPLINGS] = {[BENT_LIGHTS_B
                                                                   [BENT_LIGHTS_CONNECTIONS] = "CONNECTIONS"};
 static const char *const PATTERNS[BENT_SAMPLING_PATTERNS] = {[BENT_PATTERN_BLUE_NOISE] = "BLUE_NOISE",
                                                              [BENT_PATTERN_CLASSIC] = "CLASSIC"};
-static const char *const REDUCTIONS[] = {
-    [BENT_MEAN] = "mean", [BENT_MAX] = "max", [BENT_FIRST] = "first", [BENT_COUNT] = "count", [BENT_STATE] = "state"};
 
 #define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
 
 /* Index of `text` among `names`, or -1 with a ValueError that lists them. */
-static int choose(const char *text, const char *what, const char *const *names, int count)
+int choose(const char *text, const char *what, const char *const *names, int count)
 {
   char list[512] = "";
   size_t used = 0;
@@ -59,17 +58,18 @@ static PyObject *set_camera(PyObject *self, PyObject *args, PyObject *keywords)
                           "fisheye_polynomial_k2", "fisheye_polynomial_k3", "fisheye_polynomial_k4",
                           "central_cylindrical_range_u_min", "central_cylindrical_range_u_max",
                           "central_cylindrical_range_v_min", "central_cylindrical_range_v_max",
-                          "central_cylindrical_radius", NULL};
+                          "central_cylindrical_radius", "aperture", NULL};
   bent_camera c = {0};
   const char *kind;
   PyObject *matrix;
   double *k = c.fisheye_polynomial;
   if (!PyArg_ParseTupleAndKeywords(
-          args, keywords, "sO(dddd)dddddddddddddddddddd:set_camera", names, &kind, &matrix, &c.viewplane[0],
+          args, keywords, "sO(dddd)dddddddddddddddddddd(ddIdd):set_camera", names, &kind, &matrix, &c.viewplane[0],
           &c.viewplane[1], &c.viewplane[2], &c.viewplane[3], &c.clip_start, &c.clip_end, &c.longitude[0],
           &c.longitude[1], &c.latitude[0], &c.latitude[1], &c.fisheye_fov, &c.fisheye_lens, &c.sensor_width,
           &c.sensor_height, &k[0], &k[1], &k[2], &k[3], &k[4], &c.cylinder_longitude[0], &c.cylinder_longitude[1],
-          &c.cylinder_height[0], &c.cylinder_height[1], &c.cylinder_radius))
+          &c.cylinder_height[0], &c.cylinder_height[1], &c.cylinder_radius, &c.aperture.radius, &c.aperture.focal_distance,
+          &c.aperture.blades, &c.aperture.rotation, &c.aperture.ratio))
     return NULL;
   const int chosen = choose(kind, "camera kind", CAMERA_KINDS, BENT_CAMERA_KINDS);
   Py_ssize_t shape[] = {4, 4};
@@ -88,24 +88,28 @@ static PyObject *set_camera(PyObject *self, PyObject *args, PyObject *keywords)
 
 static PyObject *camera_rays(PyObject *self, PyObject *args)
 {
-  PyObject *objects[4];
-  if (!PyArg_ParseTuple(args, "OOOO:camera_rays", &objects[0], &objects[1], &objects[2], &objects[3])) return NULL;
+  PyObject *objects[5];
+  if (!PyArg_ParseTuple(args, "OOOOO:camera_rays", &objects[0], &objects[1], &objects[2], &objects[3], &objects[4]))
+    return NULL;
   const bent_scene *scene = scene_value(self);
   if (!scene) return NULL;
   if (!scene->camera) return PyErr_SetString(PyExc_RuntimeError, "scene: no camera is set"), NULL;
   Py_ssize_t points_shape[] = {-1, 2}, rays_shape[] = {-1, 3}, range_shape[] = {-1, 3};
-  buffer b[4] = {0};
+  buffer b[5] = {0};
   PyObject *result = NULL;
   if (!buffer_get(&b[0], objects[0], "points", 'd', 2, points_shape, BUFFER_FINITE) &&
+      !buffer_get(&b[4], objects[4], "lens", 'd', 2, points_shape, BUFFER_FINITE | BUFFER_OPTIONAL) &&
       (rays_shape[0] = range_shape[0] = points_shape[0], 1) &&
       !buffer_get(&b[1], objects[1], "origins", 'd', 2, rays_shape, BUFFER_WRITE) &&
       !buffer_get(&b[2], objects[2], "directions", 'd', 2, rays_shape, BUFFER_WRITE) &&
       !buffer_get(&b[3], objects[3], "range", 'd', 2, range_shape, BUFFER_WRITE)) {
-    const double(*points)[2] = buffer_data(&b[0]);
+    const double(*points)[2] = buffer_data(&b[0]), (*u)[2] = buffer_data(&b[4]);
     double(*origins)[3] = buffer_data(&b[1]), (*directions)[3] = buffer_data(&b[2]), (*range)[3] = buffer_data(&b[3]);
     for (Py_ssize_t i = 0; i < points_shape[0]; i++) {
       camera_ray ray;
-      if (!camera_cast(scene->camera, points[i][0], points[i][1], &ray))
+      double lens[2] = {0, 0};
+      if (u) aperture_draw(&scene->camera->settings.aperture, u[i], lens);
+      if (!camera_cast_lens(scene->camera, points[i][0], points[i][1], lens, &ray))
         ray = (camera_ray){{NAN, NAN, NAN}, {NAN, NAN, NAN}, NAN, NAN, NAN};
       v3_to(origins[i], ray.origin);
       v3_to(directions[i], ray.direction);
@@ -113,7 +117,7 @@ static PyObject *camera_rays(PyObject *self, PyObject *args)
     }
     result = Py_NewRef(Py_None);
   }
-  buffer_release_all(b, 4);
+  buffer_release_all(b, 5);
   return result;
 }
 
@@ -359,39 +363,15 @@ static PyObject *join(PyObject *self, PyObject *args)
   return bad ? NULL : Py_NewRef(Py_None);
 }
 
-/* Takes the arrays of a dict {channel name: array} in the order of the table. Returns 0, or -1 with an error. */
-static int get_channels(PyObject *dict, Py_ssize_t height, Py_ssize_t width, buffer buffers[BENT_CHANNELS_MAX],
-                        float *arrays[BENT_CHANNELS_MAX])
-{
-  size_t count;
-  const bent_channel *table = bent_render_channels(&count);
-  const char *names[BENT_CHANNELS_MAX];
-  for (size_t i = 0; i < count; i++) names[i] = table[i].name;
-  PyObject *key, *value;
-  for (Py_ssize_t position = 0; PyDict_Next(dict, &position, &key, &value);) {
-    const char *name = PyUnicode_Check(key) ? PyUnicode_AsUTF8AndSize(key, NULL) : NULL;
-    if (!name) {
-      if (!PyErr_Occurred()) PyErr_SetString(PyExc_TypeError, "channels: expected names as keys");
-      return -1;
-    }
-    const int i = choose(name, "channels", names, (int)count);
-    if (i < 0) return -1;
-    Py_ssize_t shape[] = {height, width, table[i].components};
-    if (buffer_get(&buffers[i], value, name, 'f', 3, shape, BUFFER_WRITE)) return -1;
-    arrays[i] = buffer_data(&buffers[i]);
-  }
-  return 0;
-}
-
 /* Whole-number fields of RenderSettings, in the order in which render_tile parses them. */
-enum { WHOLE_FIELDS = 13 };
+enum { WHOLE_FIELDS = 16 };
 
 static int set_whole_fields(bent_render_settings *s, const long long whole[WHOLE_FIELDS], char *const names[])
 {
   uint32_t *const fields[WHOLE_FIELDS] = {
       &s->width, &s->height, &s->first_sample, &s->sample_count, &s->seed, &s->min_samples, &s->max_bounces,
       &s->diffuse_bounces, &s->glossy_bounces, &s->transmission_bounces, &s->transparent_bounces, &s->roulette_start,
-      &s->photon_ring_samples};
+      &s->photon_ring_samples, &s->light_groups, &s->aovs, &s->matte_ranks};
   for (int i = 0; i < WHOLE_FIELDS; i++) {
     if (whole[i] < 0 || whole[i] > UINT32_MAX) {
       PyErr_Format(PyExc_ValueError, "%s: expected a number from 0 to 2^32 - 1, got %lld", names[i], whole[i]);
@@ -404,25 +384,29 @@ static int set_whole_fields(bent_render_settings *s, const long long whole[WHOLE
 
 static PyObject *render_tile(PyObject *self, PyObject *args, PyObject *keywords)
 {
-  /* All names after the fourth are RenderSettings' fields, which render.py passes by name. */
-  static char *names[] = {"tile", "channels", "light", "progress", "width", "height", "first_sample", "sample_count", "seed",
+  /* All names after the fifth are RenderSettings' fields, which render.py passes by name. */
+  static char *names[] = {"tile", "channels", "state", "light", "progress", "width", "height", "first_sample", "sample_count", "seed",
                           "min_samples", "max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces",
-                          "transparent_bounces", "roulette_start", "photon_ring_samples", "tolerance", "filter",
+                          "transparent_bounces", "roulette_start", "photon_ring_samples",
+                          "light_groups", "aovs", "matte_ranks", "tolerance", "filter",
                           "filter_width", "film_transparent", "clamp_indirect", "light_sampling", "alpha_threshold",
                           "noise_threshold", "light_threshold", "clamp_direct", "portal_sampling", "resume",
                           "blur_glossy", "caustics_reflective", "caustics_refractive", "integrator",
-                          "sampling_pattern", "sky_filter", NULL};
+                          "sampling_pattern", "sky_filter", "mist_start", "mist_depth", "mist_falloff",
+                          "occlusion_distance", NULL};
   bent_render_settings s = {0};
   long long tile[4], whole[WHOLE_FIELDS];
-  PyObject *channels, *light_object, *progress_object;
+  PyObject *channels, *state_object, *light_object, *progress_object;
   const char *filter, *light_sampling, *integrator, *pattern;
   if (!PyArg_ParseTupleAndKeywords(
-          args, keywords, "(LLLL)O!OOLLLLLLLLLLLLLdsdpdsddddppdppssd:render_tile", names, &tile[0], &tile[1], &tile[2],
-          &tile[3], &PyDict_Type, &channels, &light_object, &progress_object, &whole[0], &whole[1], &whole[2], &whole[3], &whole[4],
-          &whole[5], &whole[6], &whole[7], &whole[8], &whole[9], &whole[10], &whole[11], &whole[12], &s.tolerance,
+          args, keywords, "(LLLL)O!OOOLLLLLLLLLLLLLLLLdsdpdsddddppdppssddddd:render_tile", names, &tile[0], &tile[1], &tile[2],
+          &tile[3], &PyDict_Type, &channels, &state_object, &light_object, &progress_object, &whole[0], &whole[1], &whole[2], &whole[3], &whole[4],
+          &whole[5], &whole[6], &whole[7], &whole[8], &whole[9], &whole[10], &whole[11], &whole[12], &whole[13], &whole[14],
+          &whole[15], &s.tolerance,
           &filter, &s.filter_width, &s.film_transparent, &s.clamp_indirect, &light_sampling, &s.alpha_threshold,
           &s.noise_threshold, &s.light_threshold, &s.clamp_direct, &s.portal_sampling, &s.resume,
-          &s.blur_glossy, &s.caustics_reflective, &s.caustics_refractive, &integrator, &pattern, &s.sky_filter))
+          &s.blur_glossy, &s.caustics_reflective, &s.caustics_refractive, &integrator, &pattern, &s.sky_filter,
+          &s.mist_start, &s.mist_depth, &s.mist_falloff, &s.occlusion_distance))
     return NULL;
   int ok;
   bent_progress *progress = progress_value(progress_object, &ok);
@@ -431,7 +415,7 @@ static PyObject *render_tile(PyObject *self, PyObject *args, PyObject *keywords)
   const int sampling = kind < 0 ? -1 : choose(light_sampling, "light_sampling", LIGHT_SAMPLINGS, BENT_LIGHT_SAMPLINGS);
   const int way = sampling < 0 ? -1 : choose(integrator, "integrator", INTEGRATORS, BENT_INTEGRATORS);
   const int chosen = way < 0 ? -1 : choose(pattern, "sampling_pattern", PATTERNS, BENT_SAMPLING_PATTERNS);
-  if (!ok || !scene || chosen < 0 || set_whole_fields(&s, whole, names + 4)) return NULL;
+  if (!ok || !scene || chosen < 0 || set_whole_fields(&s, whole, names + 5)) return NULL;
   s.integrator = (bent_integrator)way;
   s.filter = (bent_filter_kind)kind;
   s.light_sampling = (bent_light_sampling)sampling;
@@ -439,19 +423,20 @@ static PyObject *render_tile(PyObject *self, PyObject *args, PyObject *keywords)
   for (int i = 0; i < 4; i++)
     if (tile[i] < 0 || tile[i] > INT32_MAX)
       return PyErr_Format(PyExc_ValueError, "tile: expected x, y, width, height from 0 to 2^31 - 1, got %lld", tile[i]);
-  buffer buffers[BENT_CHANNELS_MAX] = {0}, light = {0};
+  buffer buffers[BENT_CHANNELS_MAX] = {0}, state = {0}, light = {0};
   Py_ssize_t whole_image[] = {s.height, s.width, 3};
   float *arrays[BENT_CHANNELS_MAX] = {0};
   bent_render_statistics statistics = {0};
   PyObject *result = NULL;
-  if (!get_channels(channels, tile[3], tile[2], buffers, arrays) &&
+  if (!channels_get(channels, tile[3], tile[2], &s, buffers, arrays) &&
+      !state_get(&state, state_object, &s, tile[3], tile[2], arrays) &&
       (light_object == Py_None || !buffer_get(&light, light_object, "light", 'q', 3, whole_image, BUFFER_WRITE))) {
     bent_error error;
     bent_status status;
     Py_BEGIN_ALLOW_THREADS
     status = bent_scene_render_tile(scene, (uint32_t)tile[0], (uint32_t)tile[1], (uint32_t)tile[2], (uint32_t)tile[3],
-                                    &s, arrays, light_object == Py_None ? NULL : buffer_data(&light), &statistics, progress,
-                                    &error);
+                                    &s, arrays, buffer_data(&state), light_object == Py_None ? NULL : buffer_data(&light),
+                                    &statistics, progress, &error);
     Py_END_ALLOW_THREADS
     result = status ? raise_error(&error)
                     : Py_BuildValue("{sKsKsKsK}", "samples", (unsigned long long)statistics.samples, "rays",
@@ -460,6 +445,7 @@ static PyObject *render_tile(PyObject *self, PyObject *args, PyObject *keywords)
                                     (unsigned long long)statistics.invalid);
   }
   buffer_release_all(buffers, BENT_CHANNELS_MAX);
+  buffer_release(&state);
   buffer_release(&light);
   return result;
 }
@@ -473,21 +459,6 @@ static PyObject *bidirectional_obstacle(PyObject *self, PyObject *unused)
   const char *obstacle = bent_scene_bidirectional_obstacle(scene);
   if (!obstacle) Py_RETURN_NONE;
   return PyUnicode_FromString(obstacle);
-}
-
-static PyObject *render_channels(PyObject *module, PyObject *unused)
-{
-  (void)module, (void)unused;
-  size_t count;
-  const bent_channel *table = bent_render_channels(&count);
-  PyObject *list = PyList_New(0);
-  for (size_t i = 0; list && i < count; i++) {
-    PyObject *row = Py_BuildValue("(siss)", table[i].name, table[i].components, REDUCTIONS[table[i].reduction],
-                                  table[i].description);
-    if (!row || PyList_Append(list, row) < 0) Py_CLEAR(list);
-    Py_XDECREF(row);
-  }
-  return list;
 }
 
 static PyObject *sobol_points(PyObject *module, PyObject *args)
@@ -544,9 +515,6 @@ PyMethodDef scene_render_methods[] = {{"_set_camera", KEYWORDS(set_camera), NULL
                                       {"_render_tile", KEYWORDS(render_tile), NULL},
                                       {0}};
 PyMethodDef render_functions[] = {
-    {"render_channels", render_channels, METH_NOARGS,
-     "render_channels() -> list[tuple[str, int, str, str]]\n\n"
-     "The channels of a render: name, number of components, reduction, description."},
     {"sobol_points", sobol_points, METH_VARARGS,
      "sobol_points(pattern, seed, x, y, set, first, out)\n\nFills out, (n, 4) float64, with a pixel's samples from `first` on."},
     {"filter_offsets", filter_offsets, METH_VARARGS,

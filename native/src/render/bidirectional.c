@@ -26,10 +26,11 @@ const char *bent_scene_bidirectional_obstacle(const bent_scene *scene)
 
 /* ---- The chain ---- */
 
-chain bidirectional_start(const tracer *t, double x, double y)
+chain bidirectional_start(const tracer *t, vec3 direction)
 {
-  const camera *camera = t->scene->camera;
-  const double solid_angle = camera_has_inverse(camera) ? camera_solid_angle(camera, x, y) : 0;
+  const double middle[2] = {0, 0}; /* any place on the lens has the same solid angle */
+  double image[2], solid_angle = 0;
+  camera_project(t->scene->camera, middle, direction, image, &solid_angle);
   return (chain){.pdf = solid_angle > 0 ? 1 / solid_angle : 1, .sharp = !(solid_angle > 0),
                  .frequency = frequency_at(t->scene->geometry, t->eye)};
 }
@@ -151,7 +152,7 @@ static void add_connections(const tracer *t, path_block *block, const lit_vertex
     if (!(value > 0) || joints->rest >= chance) continue;
     ray_history history = v->surface.point.ray;
     history.transparent += l->history.transparent;
-    const shadow s = {.path = (int)(v->path - block->paths), .kind = LIGHT_TRIANGLE, .target = v3_from(l->hit.position),
+    const shadow s = {.credit = CREDIT_NONE, .path = (int)(v->path - block->paths), .kind = LIGHT_TRIANGLE, .target = v3_from(l->hit.position),
                       .instance = l->hit.instance, .triangle = l->hit.triangle, .swept = j->swept,
                       .borders = j->borders, .straight = joint_is_straight(j), .light = v3_scale(light, 1 / (chance * j->way_chance)),
                       .blockers = UINT64_MAX, .from = v->surface.point.position, .ray = history};

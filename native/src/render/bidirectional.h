@@ -8,8 +8,8 @@
 #include "render/direct.h"
 #include "render/path.h"
 
-/* A path leaves the camera through the point (x, y) of the image. */
-chain bidirectional_start(const tracer *t, double x, double y);
+/* A path leaves the camera in a world direction. */
+chain bidirectional_start(const tracer *t, vec3 direction);
 /* It has come to a surface. spread: of the arc, times its chance; 0 if no connection is known. */
 chain bidirectional_arrive(const tracer *t, const path *p, const shade_point *point, double spread);
 /* It has come to a place by a way that light subpaths do not take, from below a surface. */

@@ -174,6 +174,25 @@ vec3 bsdf_evaluate(const closure_set *set, const shade_point *point, vec3 wi, ui
   return sum;
 }
 
+int bsdf_is_diffuse_part(const closure *c)
+{
+  return is_diffuse(c) || c->kind == CLOSURE_TRANSLUCENT || c->kind == CLOSURE_SUBSURFACE;
+}
+
+bsdf_parts bsdf_evaluate_parts(const closure_set *set, const shade_point *point, vec3 wi, uint32_t kinds)
+{
+  bsdf_parts sum = {.all = {0, 0, 0}};
+  for (int i = 0; i < set->count; i++) {
+    const closure *c = &set->closures[i];
+    if (closure_is_delta(c) || !(kinds & kind_of(c, point, wi))) continue;
+    const vec3 value = evaluate_lobe(c, point, wi).value;
+    sum.all = v3_add(sum.all, value);
+    if (bsdf_is_diffuse_part(c)) sum.diffuse = v3_add(sum.diffuse, value);
+    else if (kind_of(c, point, wi) == LOBE_GLOSSY) sum.glossy = v3_add(sum.glossy, value);
+  }
+  return sum;
+}
+
 /* Mirror, smooth glass or transparent: the weight without the lobe's share, which divides by the chance `*chance` of this
  * one of its two directions. */
 static int draw_delta(const closure *c, const shade_point *point, double u, bsdf_sample *out)
@@ -377,6 +396,19 @@ uint32_t bsdf_ray_kinds(const closure_set *set, bsdf_lobe lobe)
   for (int i = 0; i < set->count; i++)
     if (set->closures[i].kind == CLOSURE_TRANSLUCENT) return RAY_DIFFUSE | RAY_TRANSMISSION;
   return RAY_GLOSSY | RAY_TRANSMISSION;
+}
+
+void bsdf_albedo_parts(const closure *c, const shade_point *point, vec3 *reflected, vec3 *transmitted)
+{
+  *reflected = c->albedo, *transmitted = v3(0, 0, 0);
+  if (c->kind != CLOSURE_GLASS && c->kind != CLOSURE_REFRACTION) return;
+  vec3 r, t;
+  double cos_t;
+  fresnel_colors(c, min2(max2(v3_dot(c->normal, point->wo), 0), 1), &r, &t, &cos_t);
+  const vec3 all = v3_add(r, t);
+  *reflected = v3(all.x > 0 ? c->albedo.x * r.x / all.x : 0, all.y > 0 ? c->albedo.y * r.y / all.y : 0,
+                  all.z > 0 ? c->albedo.z * r.z / all.z : 0);
+  *transmitted = v3_sub(c->albedo, *reflected);
 }
 
 vec3 bsdf_albedo(const closure_set *set)

@@ -25,6 +25,12 @@ int bsdf_draw(const closure_set *set, const shade_point *point, const double u[3
 int bsdf_drawn(const closure_set *set, const shade_point *point, vec3 wi, double u, bsdf_sample *out);
 /* f(wo, wi) |cos| over the non-delta lobes of the wanted kinds (bits of bsdf_lobe), and the pdf that bsdf_draw has there. */
 vec3 bsdf_evaluate(const closure_set *set, const shade_point *point, vec3 wi, uint32_t kinds, double *pdf);
+/* The same but for the pdf, and what of it comes from which lobes, as Cycles' light passes tell them apart: translucency is
+ * diffuse, and what is neither diffuse nor glossy is transmitted. */
+typedef struct bsdf_parts {
+  vec3 all, diffuse, glossy;
+} bsdf_parts;
+bsdf_parts bsdf_evaluate_parts(const closure_set *set, const shade_point *point, vec3 wi, uint32_t kinds);
 /* What the mirrors and smooth glass of a set do with light from wi. chance: with which bsdf_draw draws it. value: of the
  * radiance from wi that they send towards wo. flux: the same of light that is traced from wi, which is the value times
  * d(omega_o) / d(omega_i): where it is refracted (eta_i / eta_o)^2 cos_i / cos_o. through: it is refracted. */
@@ -41,6 +47,10 @@ vec3 bsdf_transparency(const closure_set *set, double *chance);
 vec3 bsdf_kind_weight(const closure_set *set, const shade_point *point, const bsdf_sample *drawn);
 /* The RAY_* bits of rays that a kind of lobe of the set scatters. */
 uint32_t bsdf_ray_kinds(const closure_set *set, bsdf_lobe lobe);
+/* Whether light passes count a lobe as diffuse. */
+int bsdf_is_diffuse_part(const closure *c);
+/* The albedo of a lobe of microfacets, or of velvet, by where the light goes. */
+void bsdf_albedo_parts(const closure *c, const shade_point *point, vec3 *reflected, vec3 *transmitted);
 /* Albedo for denoising: the directional albedo of the lobes but white for mirrors and smooth glass. */
 vec3 bsdf_albedo(const closure_set *set);
 #endif

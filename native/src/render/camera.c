@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "render/aperture.h"
 #include "scene/scene.h"
 
 static double lerp(const double range[2], double t) { return range[0] + t * (range[1] - range[0]); }
@@ -71,19 +72,24 @@ static int panoramic_direction(const bent_camera *c, double u, double v, vec3 *o
 
 int camera_cast(const camera *camera, double x, double y, camera_ray *ray)
 {
+  return camera_cast_lens(camera, x, y, (const double[2]){0, 0}, ray);
+}
+
+int camera_cast_lens(const camera *camera, double x, double y, const double lens[2], camera_ray *ray)
+{
   const bent_camera *c = &camera->settings;
   const double u = lerp(&c->viewplane[0], x), v = lerp(&c->viewplane[2], y);
   vec3 origin = v3(0, 0, 0), direction = v3(0, 0, -1);
-  double depth_per_length = 1;
   if (c->kind == BENT_CAMERA_PERSPECTIVE) {
     direction = v3_normalize(v3(u, v, -1));
-    depth_per_length = -direction.z;
   } else if (c->kind == BENT_CAMERA_ORTHOGRAPHIC) {
     origin = v3(u, v, 0);
   } else {
     if (!panoramic_direction(c, u, v, &direction)) return 0;
     direction = v3_normalize(direction);
   }
+  aperture_refract(c, lens, &origin, &direction);
+  const double depth_per_length = c->kind > BENT_CAMERA_ORTHOGRAPHIC ? 1 : -direction.z;
   *ray = (camera_ray){.origin = mat4_point(&camera->world_from_camera, origin),
                       .direction = v3_normalize(mat4_vector(&camera->world_from_camera, direction)),
                       .length_min = c->clip_start / depth_per_length,
@@ -99,13 +105,21 @@ vec3 camera_from_world_direction(const camera *camera, vec3 direction)
 
 int camera_has_inverse(const camera *camera) { return camera->settings.kind == BENT_CAMERA_PERSPECTIVE; }
 
-int camera_project(const camera *camera, vec3 direction, double *x, double *y)
+vec3 camera_lens_position(const camera *camera, const double lens[2])
 {
-  const double *plane = camera->settings.viewplane;
+  return mat4_point(&camera->world_from_camera, v3(lens[0], lens[1], 0));
+}
+
+int camera_project(const camera *camera, const double lens[2], vec3 direction, double image[2], double *solid_angle)
+{
+  const double *plane = camera->settings.viewplane, width = plane[1] - plane[0], height = plane[3] - plane[2];
+  const double focus = camera->settings.aperture.focal_distance;
   const vec3 d = camera_from_world_direction(camera, direction);
   if (!camera_has_inverse(camera) || !(d.z < 0)) return 0;
-  *x = (d.x / -d.z - plane[0]) / (plane[1] - plane[0]);
-  *y = (d.y / -d.z - plane[2]) / (plane[3] - plane[2]);
+  const double x = (d.x / -d.z - plane[0]) / width, y = (d.y / -d.z - plane[2]) / height; /* by the lens' middle */
+  *solid_angle = camera_solid_angle(camera, x, y); /* of any place: it sees another part of the plane in focus, as large */
+  image[0] = x + (lens[0] ? lens[0] / (focus * width) : 0);
+  image[1] = y + (lens[1] ? lens[1] / (focus * height) : 0);
   return 1;
 }
 
@@ -132,7 +146,7 @@ static bent_status check_panoramic(const bent_camera *c, bent_error *error)
 {
   const int fisheye = c->kind == BENT_CAMERA_FISHEYE_EQUIDISTANT || c->kind == BENT_CAMERA_FISHEYE_EQUISOLID ||
                       c->kind == BENT_CAMERA_FISHEYE_LENS_POLYNOMIAL;
-  if (fisheye && !(c->fisheye_fov > 0 && c->fisheye_fov <= 10 * M_PI))
+  if (fisheye && !(c->fisheye_fov > 0 && c->fisheye_fov <= 10 * M_PI * (1 + 1e-6))) /* float32 rounds it up */
     return bent_fail(error, BENT_ERROR_ARGUMENT, "camera: fisheye_fov must lie in (0, 10 pi], got %g", c->fisheye_fov);
   if (fisheye && c->kind != BENT_CAMERA_FISHEYE_EQUIDISTANT &&
       !(c->sensor_width > 0 && c->sensor_height > 0 && isfinite(c->sensor_width) && isfinite(c->sensor_height)))
@@ -191,6 +205,7 @@ bent_status bent_scene_set_camera(bent_scene *scene, const bent_camera *given, b
   if (!(c.clip_start >= 0 && c.clip_end > c.clip_start && isfinite(c.clip_start)))
     return bent_fail(error, BENT_ERROR_ARGUMENT, "camera: expected 0 <= clip_start < clip_end, got %g and %g",
                      c.clip_start, c.clip_end);
+  if ((status = aperture_check(&c.aperture, error))) return status;
   if (!scene->camera && !(scene->camera = malloc(sizeof *scene->camera)))
     return bent_fail(error, BENT_ERROR_MEMORY, "camera: out of memory");
   *scene->camera = (camera){.settings = c, .world_from_camera = world_from_camera};

@@ -5,7 +5,10 @@
 #include <stdint.h>
 
 /* The camera's ray. */
-enum { CAMERA_X, CAMERA_Y }; /* place in the pixel filter; two are left */
+enum {
+  CAMERA_X, CAMERA_Y,          /* place in the pixel filter */
+  CAMERA_LENS_U, CAMERA_LENS_V /* and on the lens */
+};
 
 /* A vertex' scattering. */
 enum {
@@ -32,12 +35,16 @@ enum { SUBSURFACE_STEPS = 256 }; /* of one walk, at most */
 /* The sets' numbers. Vertices count from 0, the first surface that the camera's ray meets; there are less than 2^15. */
 static inline uint32_t dimensions_camera(void) { return 0; }
 static inline uint32_t dimensions_scattering(uint32_t vertex) { return 1 + 2 * vertex; }
-static inline uint32_t dimensions_light(uint32_t vertex) { return 2 + 2 * vertex; }static inline uint32_t dimensions_walk(uint32_t vertex, uint32_t step)
+static inline uint32_t dimensions_light(uint32_t vertex) { return 2 + 2 * vertex; }
+static inline uint32_t dimensions_walk(uint32_t vertex, uint32_t step)
 {
   return (1u << 16) + SUBSURFACE_STEPS * vertex + step;
 }
 /* The choice of a vertex of the light subpath that a vertex is joined with. */
 static inline uint32_t dimensions_connection(uint32_t vertex) { return (1u << 24) + vertex; }
+
+/* A direction of ambient occlusion. */
+static inline uint32_t dimensions_occlusion(uint32_t vertex) { return (1u << 25) + vertex; }
 
 /* A light subpath, whose seed is another: where on a lamp and in which direction it starts; then at each of its vertices
  * scattering, as of camera paths, and joints. */
@@ -45,4 +52,6 @@ static inline uint32_t dimensions_start_place(void) { return 0; }
 static inline uint32_t dimensions_start_direction(void) { return 1; }
 static inline uint32_t dimensions_subpath(uint32_t vertex) { return 2 + 2 * vertex; }
 static inline uint32_t dimensions_subpath_joints(uint32_t vertex) { return 3 + 2 * vertex; }
+/* The place on the camera's lens that a vertex is joined with. */
+static inline uint32_t dimensions_subpath_lens(uint32_t vertex) { return (1u << 24) + vertex; }
 #endif

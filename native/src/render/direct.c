@@ -4,6 +4,7 @@
 #include "light/frequency.h"
 #include "render/bidirectional.h"
 #include "render/bsdf.h"
+#include "render/describe.h"
 #include "render/dimensions.h"
 #include "render/light_path.h"
 #include "scene/scene.h"
@@ -230,10 +231,11 @@ static vec3 light_along(const bent_scene *scene, const light_sample *s, const jo
   return v3(0, 0, 0);
 }
 
-/* The light of a beam that a vertex scatters; `pdf`: the chance that scattering had drawn its direction. A light that asks
+/* The light of a beam that a vertex scatters; `pdf`: the chance that scattering had drawn its direction; parts, from 0, if not
+ * NULL: what lobes bring of it. A light that asks
  * how it is looked at is looked at by each kind of lobe for itself: it shines as it does on rays that scattering draws. */
 static vec3 scattered_light(const tracer *t, const lit_vertex *v, const light_sample *s, const joint *j, const beam *b,
-                            double *pdf)
+                            double *pdf, bsdf_parts *parts)
 {
   static const bsdf_lobe KINDS[] = {LOBE_DIFFUSE, LOBE_GLOSSY, LOBE_TRANSMISSION};
   vec3 sum = v3(0, 0, 0);
@@ -242,16 +244,21 @@ static vec3 scattered_light(const tracer *t, const lit_vertex *v, const light_sa
     const vec3 value = bsdf_evaluate(&v->set, &v->surface.point, j->launch, b->visibility & kinds, pdf);
     if (!(v3_max(value) > 0)) continue;
     const ray_history ray = path_scattered(v->surface.point.ray, &v->set, KINDS[k], 0);
-    sum = v3_add(sum, v3_mul(value, light_along(t->scene, s, j, v->surface.point.position, ray)));
+    const vec3 light = light_along(t->scene, s, j, v->surface.point.position, ray);
+    sum = v3_add(sum, v3_mul(value, light));
+    if (!parts) continue;
+    const bsdf_parts own = bsdf_evaluate_parts(&v->set, &v->surface.point, j->launch, b->visibility & kinds);
+    parts->diffuse = v3_add(parts->diffuse, v3_mul(own.diffuse, light));
+    parts->glossy = v3_add(parts->glossy, v3_mul(own.glossy, light));
   }
   *pdf = portal_pdf(&v->mix, j->launch, *pdf);
   return sum;
 }
 
-/* The light that a vertex passes on to the camera from one connection, if nothing is in its way; and the sets of what
- * may be in its way. */
+/* The light that a vertex passes on to the camera from one connection, if nothing is in its way; the sets of what may be in
+ * its way; and by what it was scattered first. */
 static vec3 joined_light(const tracer *t, const path_block *block, const lit_vertex *v, const light_sample *s,
-                         const joint *j, uint64_t *blockers)
+                         const joint *j, uint64_t *blockers, credit *credit)
 {
   const vec3 dark = v3(0, 0, 0);
   const beam b = beam_of(t->scene, s, j, v->chance);
@@ -260,8 +267,12 @@ static vec3 joined_light(const tracer *t, const path_block *block, const lit_ver
   if (!is_lit(&b.influence, receiver_set, v->surface.point.ray.bounces)) return dark;
   if (!(b.pdf > 0) || !isfinite(b.pdf)) return dark;
   double pdf;
-  const vec3 value = scattered_light(t, v, s, j, &b, &pdf);
+  bsdf_parts parts = {.all = {0, 0, 0}};
+  const int is_first = t->layout->light && v->surface.point.ray.bounces == 0;
+  const vec3 value = parts.all = scattered_light(t, v, s, j, &b, &pdf, is_first ? &parts : NULL);
   if (!(v3_max(value) > 0)) return dark;
+  if (is_first) parts_set(credit, &parts);
+  else *credit = (struct credit){v->path->diffuse_part, v->path->glossy_part, -1};
   const int weighed =
       !b.point && t->settings->light_sampling == BENT_LIGHTS_BOTH && is_shared(b.visibility, &b.influence);
   double weight = (weighed ? heuristic(b.weigh_pdf, pdf) : 1) / b.pdf;
@@ -287,10 +298,10 @@ bent_ray *direct_add_shadow(const tracer *t, path_block *block, const shadow *s,
 }
 
 static void add_shadow(const tracer *t, path_block *block, const lit_vertex *v, const light_sample *s, const joint *j,
-                       int far, vec3 light, uint64_t blockers)
+                       int far, vec3 light, uint64_t blockers, int credit)
 {
   const int straight = joint_is_straight(j), sky = s->kind == LIGHT_SUN || s->kind == LIGHT_SKY;
-  const shadow made = {.path = (int)(v->path - block->paths), .kind = s->kind, .target = s->target,
+  const shadow made = {.credit = credit, .path = (int)(v->path - block->paths), .kind = s->kind, .target = s->target,
                        .instance = s->kind == LIGHT_TRIANGLE ? s->index : -1, .triangle = s->triangle,
                        .swept = j->swept, .borders = j->borders, .straight = straight, .far = far, .light = light,
                        .blockers = blockers, .from = v->surface.point.position, .ray = v->surface.point.ray};
@@ -307,16 +318,27 @@ static void add_shadow(const tracer *t, path_block *block, const lit_vertex *v, 
   }
 }
 
+/* Number of a credit that the block keeps; CREDIT_NONE if light is not told apart. */
+static int keep_credit(path_block *block, const credit *credit)
+{
+  if (!block->credits) return CREDIT_NONE;
+  block->credits[block->credit_count] = *credit;
+  return block->credit_count++;
+}
+
 /* Shadows of all connections of a vertex with its light; of those that bring little by Russian roulette: less than the
  * settings' threshold, or images after the first that are faint beside the brightest. */
 static void add_shadows(const tracer *t, path_block *block, const lit_vertex *v, const light_sample *s,
                         const joints *joints, int far)
 {
   vec3 light[JOINTS_MAX];
+  credit credits[JOINTS_MAX];
   uint64_t blockers = 0; /* one light's */
   double brightest = 0;
+  const int group = t->layout->light ? parts_group(t->scene, s) : -1;
   for (int k = 0; k < joints->count; k++) {
-    light[k] = joined_light(t, block, v, s, &joints->list[k], &blockers);
+    light[k] = joined_light(t, block, v, s, &joints->list[k], &blockers, &credits[k]);
+    credits[k].group = group;
     brightest = max2(brightest, v3_max(light[k]));
   }
   for (int k = 0; k < joints->count; k++) {
@@ -324,8 +346,10 @@ static void add_shadows(const tracer *t, path_block *block, const lit_vertex *v,
     const double chance = value / max2(t->settings->light_threshold, k ? FAINT * brightest : value);
     if (!(value > 0) || joints->rest >= chance) continue;
     light[k] = v3_scale(light[k], 1 / (min2(chance, 1) * joints->list[k].way_chance));
-    if (!blockers) v->path->radiance = v3_add(v->path->radiance, light[k]);
-    else add_shadow(t, block, v, s, &joints->list[k], far, light[k], blockers);
+    if (!blockers)
+      path_receive(t, v->path, &block->records[v->path->record], &credits[k], v->surface.point.ray.bounces + 1, light[k]);
+    else
+      add_shadow(t, block, v, s, &joints->list[k], far, light[k], blockers, keep_credit(block, &credits[k]));
   }
 }
 
@@ -381,6 +405,7 @@ static int is_before(const shadow *s, const bent_ray *ray, const bent_hit *hit)
 /* Whether a shadow ray that has met nothing has come to where its target is. */
 static int arrives(const shadow *s, const bent_hit *hit)
 {
+  if (s->credit == CREDIT_OCCLUSION) return 1; /* no surface is near, wherever the ray ends */
   if (hit->fate == BENT_UNRESOLVED) return 0;
   if (s->kind == LIGHT_SUN || s->kind == LIGHT_SKY) return hit->fate == (s->far ? BENT_ESCAPED_FAR : BENT_ESCAPED);
   return hit->borders >= s->borders; /* behind a target it may end as it likes */
@@ -409,7 +434,9 @@ static void deliver(const tracer *t, path_block *block, const shadow *s)
     return;
   }
   path *p = &block->paths[s->path];
-  p->radiance = v3_add(p->radiance, s->light);
+  sample_record *record = &block->records[p->record];
+  if (s->credit == CREDIT_OCCLUSION) record_add(record, CHANNEL_AMBIENT_OCCLUSION, s->light);
+  else path_receive(t, p, record, block->credits + (s->credit >= 0 ? s->credit : 0), s->ray.bounces, s->light);
 }
 
 /* One step of a shadow; returns 1 if it goes on along *ray behind a surface that it could see through. */
@@ -455,5 +482,6 @@ bent_status direct_trace(const tracer *t, path_block *block, bent_render_statist
       block->shadow_count++;
     }
   }
+  block->credit_count = 0;
   return BENT_OK;
 }

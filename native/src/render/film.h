@@ -8,22 +8,50 @@ enum { FILM_PIXELS = 4096 };
  * that such means scatter less than independent samples would, as does the picture. */
 enum { FILM_GROUP = 8 };
 
+/* Where a channel's sums are among those of a pixel: for each component one number, of means two, of mattes three for each
+ * pair (see film.c). */
+typedef struct film_entry {
+  channel channel;
+  bent_reduction reduction;
+  uint32_t offset, components;
+} film_entry;
+
+/* What there is room for in each pixel: first how many samples it has and the first one's number, then the entries. */
+typedef struct film_layout {
+  int count;
+  film_entry entries[CHANNEL_COUNT];
+  uint32_t width; /* numbers of a pixel */
+  int tells_noise;
+} film_layout;
+
 typedef struct film {
-  int count;                       /* channels that are gathered: those that are wanted, and `combined` */
-  uint8_t gathered[CHANNEL_COUNT]; /* which */
+  film_layout layout;
+  const channel_layout *records; /* of the samples */
   uint32_t taken[FILM_PIXELS];
-  double sums[FILM_PIXELS][CHANNEL_COUNT][CHANNEL_COMPONENTS_MAX];
+  double *sums; /* layout.width for each pixel: `own`, or the caller's */
+  double *own;
 } film;
 
-/* An empty film for those of the channels' arrays that are not NULL. */
-void film_clear(film *film, float *const channels[CHANNEL_COUNT]);
-/* Adds one sample of a pixel. The caller adds a pixel's samples in ascending order, so that sums never differ in a bit. */
+/* What a render with these settings gathers for wanted channels (bytes that are 0 or not). */
+film_layout film_layout_of(const uint8_t wanted[CHANNEL_COUNT], const bent_render_settings *settings);
+/* NULL: out of memory. */
+film *film_new(const film_layout *layout, const channel_layout *records);
+void film_free(film *film);
+/* An empty film for a strip of pixels; the sums are kept in `state` if that is not NULL. */
+void film_begin(film *film, double *state, uint32_t pixels, uint32_t first_sample);
+/* A film that goes on with the sums in `state`. */
+void film_resume(film *film, double *state, uint32_t pixels);
+/* The first of the samples that the sums in `state` are of. */
+uint32_t film_first_sample(const double *state);
+/* Adds one sample of a pixel. The caller adds a pixel's samples in ascending order. */
 void film_add(film *film, uint32_t pixel, const sample_record *record);
 /* The noise of a pixel's color, as Cycles measures it: standard errors over the square root of the color, so that dark
  * and bright parts look equally noisy. INFINITY before two groups of samples. */
 double film_noise(const film *film, uint32_t pixel);
-/* The opposite of film_write: takes up what earlier samples left in the arrays, where sample_count must be among them. */
+/* The opposite of film_write, to float rounding: takes up what earlier samples left in the channels' arrays, where
+ * sample_count must be among them. */
 void film_read(film *film, float *const channels[CHANNEL_COUNT], size_t first, uint32_t pixels);
-/* Writes the first `pixels` pixels into the channels' arrays (NULL: not wanted), from their pixel number `first` on. */
-void film_write(const film *film, float *const channels[CHANNEL_COUNT], size_t first, uint32_t pixels);
+/* Writes the first `pixels` pixels into the channels' arrays (NULL: not wanted), from their pixel number `first` on, and
+ * their numbers of samples among the sums. */
+void film_write(film *film, float *const channels[CHANNEL_COUNT], size_t first, uint32_t pixels);
 #endif

@@ -29,7 +29,7 @@ static void add_ray(const tracer *t, bundle *b, int index, const path *p, int si
   const double x = p->image[0] + (side < 2 ? step / t->settings->width : 0);
   const double y = p->image[1] + (side < 2 ? 0 : step / t->settings->height);
   camera_ray camera;
-  if (!camera_cast(t->scene->camera, x, y, &camera)) return;
+  if (!camera_cast_lens(t->scene->camera, x, y, p->lens, &camera)) return;
   bent_ray *ray = &b->rays[b->count];
   *ray = (bent_ray){.length_max = INFINITY}; /* it sees nothing: visibility 0 */
   path_set_ray(t, ray, camera.origin, camera.direction, NULL);

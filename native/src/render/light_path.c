@@ -2,10 +2,10 @@
 #include "render/light_path.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 #include "geometry/geometry.h"
 #include "light/frequency.h"
+#include "render/aperture.h"
 #include "render/dimensions.h"
 #include "render/direct.h"
 #include "scene/scene.h"
@@ -128,17 +128,36 @@ static int push(light_paths *paths, const light_vertex *v, int sample)
 
 /* ---- Joining with the camera ---- */
 
-/* What one joint brings from a light vertex to the camera, and where in the image; 0 if nothing. */
+/* The numbers that a vertex is joined by. */
+typedef struct joining {
+  double images; /* how many of them */
+  double lobe;   /* a kind of it */
+  double lens[2];
+} joining;
+
+static joining joining_at(const tracer *t, const light_walk *w, const double u[SAMPLER_DIMENSIONS])
+{
+  joining j = {.images = u[0], .lobe = u[1]};
+  const bent_aperture *aperture = &t->scene->camera->settings.aperture;
+  if (aperture->radius == 0) return j;
+  double place[SAMPLER_DIMENSIONS];
+  sampler_draw(&t->sampler, w->pixel, w->sample, dimensions_subpath_lens(w->vertex), place);
+  aperture_draw(aperture, place, j.lens);
+  return j;
+}
+
+/* What one joint brings from a light vertex to a place on the lens, and where in the image; 0 if nothing. */
 static vec3 light_to_camera(const tracer *t, const light_paths *paths, const light_vertex *v, const joint *j, double u,
-                            double image[2], camera_ray *ray)
+                            const double lens[2], double image[2], camera_ray *ray)
 {
   const vec3 dark = v3(0, 0, 0);
   const camera *camera = t->scene->camera;
-  if (!camera_project(camera, j->launch, &image[0], &image[1])) return dark;
+  double solid_angle;
+  if (!camera_project(camera, lens, j->launch, image, &solid_angle)) return dark;
   const double margin = t->filter.half_width;
   if (fabs(image[0] - 0.5) * t->settings->width > 0.5 * t->settings->width + margin ||
       fabs(image[1] - 0.5) * t->settings->height > 0.5 * t->settings->height + margin ||
-      !camera_cast(camera, image[0], image[1], ray))
+      !camera_cast_lens(camera, image[0], image[1], lens, ray))
     return dark;
   view seen;
   const vec3 wi = v3_scale(v3_from(v->hit.direction), -1);
@@ -148,17 +167,16 @@ static vec3 light_to_camera(const tracer *t, const light_paths *paths, const lig
   const vec3 value = bsdf_evaluate(&seen.set, &seen.point, wi, UINT32_MAX, &pdf);
   if (!(v3_max(value) > 0) || !light_path_allowed(t, (ray_history){.kinds = 0}, v, &seen, u)) return dark;
   const double cosine = view_cosine(&seen.point, j->arrival);
-  const double camera_pdf = 1 / camera_solid_angle(camera, image[0], image[1]);
   const chain c = light_vertex_chain(t, v, &seen);
-  const double density = camera_pdf * cosine / j->spread; /* with which the camera's rays come here, by area */
+  const double density = cosine / (solid_angle * j->spread); /* with which the camera's rays come here, by area */
   const double rivals = chain_squared(density / j->chance) * chain_sum(&c, (chain_back){portal_pdf(&seen.mix, wi, pdf), 1});
   const double weight = density / (v->cosine * j->chance * (1 + rivals));
   const vec3 light = path_limited(t, v->history.bounces + 2 - (uint32_t)v->first, v3_mul(v->flux, v3_scale(value, weight)));
   return v3_is_finite(light) ? light : dark;
 }
 
-/* Joins the vertices from number `first` on, at most DIRECT_BATCH, with the camera. */
-static void join_camera(const tracer *t, path_block *block, size_t first, const double (*u)[SAMPLER_DIMENSIONS])
+/* Joins the vertices from number `first` on, at most DIRECT_BATCH, with the camera, each with a place on the lens of its own. */
+static void join_camera(const tracer *t, path_block *block, size_t first, const joining *u)
 {
   const light_paths *paths = block->light;
   vec3 from[DIRECT_BATCH], to[DIRECT_BATCH];
@@ -167,9 +185,9 @@ static void join_camera(const tracer *t, path_block *block, size_t first, const 
   const size_t count = paths->count - first;
   if (!camera_has_inverse(t->scene->camera)) return;
   for (size_t i = 0; i < count; i++) {
-    from[i] = t->eye;
+    from[i] = camera_lens_position(t->scene->camera, u[i].lens);
     to[i] = v3_from(paths->list[first + i].hit.position);
-    images[i] = u[i][0];
+    images[i] = u[i].images;
   }
   join_points(t->scene->geometry, count, from, to, images, found);
   for (size_t i = 0; i < count; i++) {
@@ -180,16 +198,16 @@ static void join_camera(const tracer *t, path_block *block, size_t first, const 
       const joint *j = &found[i].list[k];
       camera_ray camera;
       double image[2];
-      vec3 light = light_to_camera(t, paths, v, j, u[i][1], image, &camera);
+      vec3 light = light_to_camera(t, paths, v, j, u[i].lobe, u[i].lens, image, &camera);
       const double chance = min2(v3_max(light) / t->settings->light_threshold, 1); /* faint light by roulette */
       if (!(v3_max(light) > 0) || found[i].rest >= chance) continue;
       light = v3_scale(light, 1 / chance);
-      const double length = join_length(t->scene->geometry, t->eye, to[i], j);
+      const double length = join_length(t->scene->geometry, from[i], to[i], j);
       if (length < camera.length_min || length > camera.length_max) continue;
-      const shadow s = {.path = -1, .image = {image[0], image[1]}, .kind = LIGHT_TRIANGLE, .target = to[i],
+      const shadow s = {.credit = CREDIT_NONE, .path = -1, .image = {image[0], image[1]}, .kind = LIGHT_TRIANGLE, .target = to[i],
                         .instance = v->hit.instance, .triangle = v->hit.triangle, .swept = j->swept,
                         .borders = j->borders, .straight = joint_is_straight(j), .light = v3_scale(light, 1 / j->way_chance), .blockers = UINT64_MAX,
-                        .from = t->eye, .ray = v->history};
+                        .from = from[i], .ray = v->history};
       bent_ray *ray = direct_add_shadow(t, block, &s, BENT_VISIBLE_CAMERA, j->launch, NULL);
       ray->length_min = camera.length_min;
       ray->length_max = joint_is_straight(j) ? length : camera.length_max;
@@ -348,8 +366,8 @@ static int go_on(const tracer *t, light_walk *w, bent_ray *ray, const bent_hit *
 typedef struct meeting {
   const bent_hit *hit;
   double spread;
-  double (*numbers)[SAMPLER_DIMENSIONS]; /* of the vertices that the round adds */
-  size_t first;                          /* the first such vertex */
+  joining *joinings; /* of the vertices that the round adds */
+  size_t first;      /* the first such vertex */
 } meeting;
 
 /* A surface that scatters. Returns 1 if the subpath goes on along *ray, -1 when out of memory. */
@@ -369,7 +387,7 @@ static int meet_scatterer(const tracer *t, light_paths *paths, int lobes, light_
     const light_vertex vertex = {.hit = *hit, .flux = arrived.flux, .cosine = cosine, .chain = arrived.chain,
                                  .start = w->start, .history = w->history, .first = w->scatterings == 0};
     if (!push(paths, &vertex, w->index)) return -1;
-    memcpy(m->numbers[paths->count - 1 - m->first], v, sizeof v);
+    m->joinings[paths->count - 1 - m->first] = joining_at(t, w, v);
   }
   bsdf_sample drawn;
   closure *room = paths->closures + lobes;
@@ -432,18 +450,19 @@ static bent_status meet_batch(const tracer *t, path_block *block, int first, int
                               bent_render_statistics *statistics, bent_progress *progress, bent_error *error)
 {
   light_paths *paths = block->light;
-  double spreads[DIRECT_BATCH], numbers[DIRECT_BATCH][SAMPLER_DIMENSIONS];
+  double spreads[DIRECT_BATCH];
+  joining joinings[DIRECT_BATCH];
   const size_t before = paths->count;
   find_spreads(t, count, paths->walks + first, paths->hits + first, spreads);
   for (int k = 0; k < count; k++) {
     const int i = first + k;
-    const meeting m = {&paths->hits[i], spreads[k], numbers, before};
+    const meeting m = {&paths->hits[i], spreads[k], joinings, before};
     const int fate = meet(t, paths, block->lobes, &paths->walks[i], &paths->rays[i], &m);
     if (fate < 0) return bent_fail(error, BENT_ERROR_MEMORY, "render: out of memory");
     goes_on[i] = (uint8_t)fate;
     statistics->unresolved += paths->hits[i].fate == BENT_UNRESOLVED;
   }
-  join_camera(t, block, before, (const double(*)[SAMPLER_DIMENSIONS])numbers);
+  join_camera(t, block, before, joinings);
   return direct_trace(t, block, statistics, progress, error);
 }
 

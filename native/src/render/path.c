@@ -3,19 +3,20 @@
 #include "render/path.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 #include "geometry/geometry.h"
 #include "light/frequency.h"
+#include "render/aperture.h"
 #include "render/bsdf.h"
 #include "render/describe.h"
 #include "render/dimensions.h"
 #include "render/direct.h"
-#include "render/footprint.h"
+#include "render/gather.h"
 #include "render/portal.h"
 #include "render/subsurface.h"
 #include "render/bidirectional.h"
 #include "render/light_path.h"
+#include "render/occlusion.h"
 #include "scene/scene.h"
 
 /* A path of more surfaces than this is cut: see-through ones are not limited by the settings. */
@@ -28,7 +29,8 @@ static const float NO_DEPTH = 1e10f; /* as Cycles */
  * those that go on: rooms take up to 12 % more time to the same mean squared error. */
 static const double ROULETTE_THROUGHPUT = 0.33;
 
-bent_status path_block_new(path_block *out, const bent_scene *scene, int capacity, bent_error *error)
+bent_status path_block_new(path_block *out, const bent_scene *scene, const channel_layout *layout, int capacity,
+                           bent_error *error)
 {
   const size_t n = (size_t)capacity, lobes = (size_t)shading_lobe_max(scene->shading);
   *out = (path_block){.capacity = capacity, .lobes = (int)lobes};
@@ -41,7 +43,10 @@ bent_status path_block_new(path_block *out, const bent_scene *scene, int capacit
   out->shadows = malloc(SHADOWS * sizeof *out->shadows);
   out->shadow_rays = malloc(SHADOWS * sizeof *out->shadow_rays);
   out->shadow_hits = malloc(SHADOWS * sizeof *out->shadow_hits);
-  if (out->paths && out->rays && out->hits && out->goes_on && out->records && out->closures && out->shadows &&
+  out->credits = layout->light ? malloc(SHADOWS * sizeof *out->credits) : NULL;
+  out->lists = malloc((n * layout->list_total + 1) * sizeof *out->lists);
+  const int has_lists = out->lists && (out->credits || !layout->light);
+  if (has_lists && out->paths && out->rays && out->hits && out->goes_on && out->records && out->closures && out->shadows &&
       out->shadow_rays && out->shadow_hits)
     return BENT_OK;
   path_block_free(out);
@@ -59,6 +64,8 @@ void path_block_free(path_block *block)
   free(block->shadows);
   free(block->shadow_rays);
   free(block->shadow_hits);
+  free(block->credits);
+  free(block->lists);
   light_paths_free(block->light);
   *block = (path_block){0};
 }
@@ -79,11 +86,11 @@ double path_footprint(const tracer *t, vec3 position)
   return t->pixel_size + t->pixel_slope * v3_length(v3_sub(position, t->eye));
 }
 
-void tracer_init(tracer *t, const bent_scene *scene, const bent_render_settings *s)
+void tracer_init(tracer *t, const bent_scene *scene, const bent_render_settings *s, const channel_layout *layout)
 {
-  *t = (tracer){.scene = scene, .settings = s, .angle = s->tolerance,
+  *t = (tracer){.scene = scene, .settings = s, .layout = layout, .angle = s->tolerance,
                 .asks_scattering = shading_any_asks_scattering(scene->shading),
-                .asks_frequency = shading_any_asks_frequency(scene->shading),
+                .asks_frequency = shading_any_asks_frequency(scene->shading) || layout->wanted[CHANNEL_FREQUENCY_SHIFT],
                 .joins_slowly = join_is_slow(scene->geometry),
                 .filters_sky = s->sky_filter > 0 && shading_sky_has_levels(scene->shading)};
   measure_pixel(t);
@@ -127,16 +134,19 @@ int path_can_leave(const tracer *t, vec3 origin)
 /* Starts a path; returns 0 if the camera has no ray there. */
 static int start(const tracer *t, const pixel_sample *wanted, path *p, bent_ray *ray, sample_record *record)
 {
-  *record = (sample_record){0};
+  record_clear(t->layout, record);
   record->value[CHANNEL_DEPTH][0] = NO_DEPTH;
+  if (t->layout->extras) record->value[CHANNEL_MIST][0] = 1;
   const bent_render_settings *s = t->settings;
   const sampler_pixel pixel = sampler_pixel_at(&t->sampler, s->seed, wanted->x, wanted->y);
   double u[SAMPLER_DIMENSIONS];
   sampler_draw(&t->sampler, pixel, wanted->sample, dimensions_camera(), u);
   const double x = (wanted->x + 0.5 + filter_offset(&t->filter, u[CAMERA_X])) / s->width;
   const double y = (wanted->y + 0.5 + filter_offset(&t->filter, u[CAMERA_Y])) / s->height;
+  double lens[2];
+  aperture_draw(&t->scene->camera->settings.aperture, &u[CAMERA_LENS_U], lens);
   camera_ray camera;
-  if (!camera_cast(t->scene->camera, x, y, &camera) || !path_can_leave(t, camera.origin)) {
+  if (!camera_cast_lens(t->scene->camera, x, y, lens, &camera) || !path_can_leave(t, camera.origin)) {
     record->value[CHANNEL_COMBINED][3] = 1; /* black and opaque, as Cycles */
     return 0;
   }
@@ -144,64 +154,13 @@ static int start(const tracer *t, const pixel_sample *wanted, path *p, bent_ray 
                             .first_lens = -1},
               .beta = {1, 1, 1}, .feature_beta = {1, 1, 1}, .alpha = 1, .least_pdf = INFINITY,
               .ray = {.kinds = RAY_CAMERA}, .pixel = pixel, .sample = wanted->sample,
-              .depth_per_length = camera.depth_per_length, .image = {x, y},
+              .depth_per_length = camera.depth_per_length, .image = {x, y}, .lens = {lens[0], lens[1]},
               .sky_filter = t->filters_sky ? s->sky_filter / sqrt(wanted->multiple) : 0};
-  if (t->bidirectional) p->chain = bidirectional_start(t, x, y);
+  if (t->bidirectional) p->chain = bidirectional_start(t, camera.direction);
   *ray = (bent_ray){.length_min = camera.length_min, .length_max = camera.length_max,
                     .visibility = BENT_VISIBLE_CAMERA};
   path_set_ray(t, ray, camera.origin, camera.direction, NULL);
   return 1;
-}
-
-vec3 path_limited(const tracer *t, uint32_t bounces, vec3 contribution)
-{
-  const double limit = 3 * (bounces > 1 ? t->settings->clamp_indirect : t->settings->clamp_direct);
-  const double sum = contribution.x + contribution.y + contribution.z;
-  return limit > 0 && sum > limit ? v3_scale(contribution, limit / sum) : contribution;
-}
-
-/* The ray escaped: sky and suns. One sky surrounds both sides of a wormhole that has no exit. */
-static void gather_sky(const tracer *t, path *p, const bent_ray *ray, const bent_hit *hit, const footprint *footprint,
-                       const reach *reach, sample_record *record)
-{
-  const vec3 direction = v3_from(hit->direction);
-  ray_history seen = p->ray;
-  if (t->asks_frequency) frequency_leave(t->scene->geometry, p->scattered.position, p->scattered.direction, &seen);
-  const vec3 sky = shading_sky(t->scene->shading, direction, footprint->known ? footprint->across : NULL, &seen);
-  vec3 all = sky, weighed = v3_scale(sky, direct_weight_sky(t, p, reach, direction));
-  for (size_t i = 0; t->scene->suns && i < t->scene->suns->count; i++) {
-    const sun *s = &t->scene->suns->list[i];
-    if (!(s->visibility & ray->visibility) || !sun_covers(s, direction)) continue;
-    const vec3 radiance = sun_radiance(t->scene, s, direction, &seen);
-    all = v3_add(all, radiance);
-    weighed = v3_mad(radiance, direct_weight_sun(t, p, reach, i), weighed);
-  }
-  const vec3 contribution = path_limited(t, p->ray.bounces, v3_mul(p->beta, weighed));
-  if (!p->featured) record_add(record, CHANNEL_DENOISING_ALBEDO, v3_mul(p->feature_beta, all));
-  if (p->ray.bounces == 0) {
-    record_add(record, CHANNEL_ENVIRONMENT, contribution);
-    if (t->settings->film_transparent) {
-      p->alpha -= v3_average(p->beta);
-      return;
-    }
-  }
-  p->radiance = v3_add(p->radiance, contribution);
-}
-
-/* Where a path has arrived: how connections would have done so, the chain there, and the place. */
-typedef struct arrival {
-  const reach *reach;
-  chain chain;
-  const bent_hit *hit;
-} arrival;
-
-static void gather_emission(const tracer *t, path *p, const arrival *at, vec3 emission, sample_record *record)
-{
-  if (!(v3_max(emission) > 0)) return;
-  const vec3 weighed = v3_scale(emission, direct_weight_emission(t, p, at->reach, &at->chain, at->hit));
-  const vec3 contribution = path_limited(t, p->ray.bounces, v3_mul(p->beta, weighed));
-  p->radiance = v3_add(p->radiance, contribution);
-  if (p->ray.bounces == 0) record_add(record, CHANNEL_EMISSION, contribution);
 }
 
 /* Lets the ray go straight on behind the surface that it met; what is left of its clip range goes with it. */
@@ -256,6 +215,7 @@ static void set_mix(const tracer *t, const path *p, lit_vertex *v)
 /* What a batch of paths shares while it is shaded. Paths that come out from below a surface have two vertices: the second
  * of each path is in the second list. A vertex is made behind the end of its list, and stays there if its light is wanted. */
 typedef struct batch {
+  path_block *block;
   reach reach[DIRECT_BATCH];
   lit_vertex vertices[2][DIRECT_BATCH];
   int vertex_count[2];
@@ -343,6 +303,11 @@ static int scatter(const tracer *t, batch *b, path *p, const room *room, bent_ra
     return p->ray.transparent++ < t->settings->transparent_bounces;
   }
   if (p->last) return 0;
+  if (t->layout->light && p->ray.bounces == 0) {
+    credit parts;
+    parts_of_scattering(set, point, &drawn, t->asks_scattering ? (uint32_t)drawn.lobe : UINT32_MAX, &parts);
+    p->diffuse_part = parts.diffuse, p->glossy_part = parts.glossy;
+  }
   if (drawn.lobe == LOBE_SUBSURFACE) return walk_below(t, b, p, room, ray, hit, point, &drawn);
   p->ray = path_scattered(point->ray, set, drawn.lobe, drawn.pdf == 0);
   p->last = path_is_last(t->settings, &p->ray);
@@ -380,11 +345,14 @@ static int is_holdout(const tracer *t, path *p, const bent_hit *hit)
 }
 
 /* The camera ray has ended: what the channels say of it as a whole. */
-static void describe_ray(path *p, const bent_hit *hit, sample_record *record)
+static void describe_ray(const tracer *t, path *p, const bent_hit *hit, sample_record *record)
 {
   p->winding += hit->swept / M_PI;
   p->error = hit->fate == BENT_UNRESOLVED || !isfinite(hit->error) ? M_PI : fmin(p->error + hit->error, M_PI);
-  if (!p->described) record->value[CHANNEL_FATE][0] = hit->fate;
+  if (p->described) return;
+  record->value[CHANNEL_FATE][0] = hit->fate;
+  if (t->layout->wanted[CHANNEL_IMAGE_ORDER] && isfinite(p->winding))
+    record->value[CHANNEL_IMAGE_ORDER][0] = (float)floor(p->winding);
 }
 
 /* An immaterial surface, where the ray gathers light and goes on; returns 1 if it does. */
@@ -435,6 +403,7 @@ static int shade_surface(const tracer *t, batch *b, path *p, const reach *reach,
   if (t->bidirectional) here.chain = bidirectional_arrive(t, p, &surface->point, reach->spread);
   if (p->vertex >= VERTICES_MAX || !path_can_leave(t, surface->point.position)) return 0;
   int goes_on = 1;
+  describe_way(t, p, hit->length, record);
   if (surface->see_through) {
     pass_through(t, p, ray, hit);
   } else if (t->scene->geometry->instances[hit->instance].visibility & BENT_IMMATERIAL) {
@@ -446,12 +415,17 @@ static int shade_surface(const tracer *t, batch *b, path *p, const reach *reach,
   } else {
     closure_set *set = &v->set;
     set->closures = room->closures[0];
+    const aov_sink aovs = describe_aovs(t, record);
+    surface->point.aovs = aovs.count && p->ray.bounces == 0 && !p->described ? &aovs : NULL;
     shading_evaluate(t->scene->shading, surface->material, &surface->point, set);
+    surface->point.aovs = NULL;
     blur(t, p, &surface->point, set);
     gather_emission(t, p, at, set->emission, record);
     if (p->ray.bounces == 0) p->alpha -= v3_average(v3_mul(p->beta, set->holdout));
-    if (p->ray.bounces == 0) describe_surface(t, p, hit->length, record, &surface->point, set);
+    if (p->ray.bounces == 0) describe_surface(t, p, hit->length, record, surface, set);
     describe_features(t, p, record, &surface->point, set);
+    if (t->layout->wanted[CHANNEL_AMBIENT_OCCLUSION] && p->ray.bounces == 0)
+      occlusion_add(t, b->block, p, hit, &surface->point, set);
     goes_on = leave_vertex(t, b, 0, p, room, ray, at);
   }
   p->vertex++;
@@ -462,35 +436,21 @@ static int shade_surface(const tracer *t, batch *b, path *p, const reach *reach,
 static int shade(const tracer *t, batch *b, path *p, const footprint *footprint, const reach *reach, const room *room,
                  bent_ray *ray, const bent_hit *hit, sample_record *record)
 {
-  if (p->ray.bounces == 0) describe_ray(p, hit, record);
+  if (p->ray.bounces == 0) describe_ray(t, p, hit, record);
   if (hit->fate == BENT_ESCAPED || hit->fate == BENT_ESCAPED_FAR) gather_sky(t, p, ray, hit, footprint, reach, record);
   if (hit->fate != BENT_HIT || is_holdout(t, p, hit)) return 0;
   return shade_surface(t, b, p, reach, room, ray, hit, record);
 }
 
-static int record_is_finite(const sample_record *record)
-{
-  enum { VALUES = CHANNEL_COUNT * CHANNEL_COMPONENTS_MAX };
-  const uint32_t exponent = 0x7f800000;
-  uint32_t bits[VALUES], wrong = 0;
-  memcpy(bits, record->value, sizeof bits);
-  for (int i = 0; i < VALUES; i++) wrong |= (bits[i] & exponent) == exponent;
-  return !wrong;
-}
-
 /* Writes what is known only at the end. A sample that broken input made NaN counts as black. */
-static void finish(const path *p, sample_record *record, bent_render_statistics *statistics)
+static void finish(const tracer *t, const path *p, sample_record *record, bent_render_statistics *statistics)
 {
   const vec3 L = p->radiance;
   record_vec3(record, CHANNEL_COMBINED, L);
   record->value[CHANNEL_COMBINED][3] = (float)p->alpha;
   record->value[CHANNEL_WINDING][0] = (float)p->winding;
   record->value[CHANNEL_ERROR][0] = (float)p->error;
-  if (record_is_finite(record)) return;
-  float *values = record->value[0];
-  for (int i = 0; i < CHANNEL_COUNT * CHANNEL_COMPONENTS_MAX; i++)
-    if (!isfinite(values[i])) values[i] = 0;
-  statistics->invalid++;
+  if (!record_make_finite(t->layout, record)) statistics->invalid++;
 }
 
 /* At the finest tolerances a curved ray takes thousands of chords, milliseconds. */
@@ -513,7 +473,7 @@ bent_status path_intersect(const tracer *t, int n, const bent_ray *rays, bent_hi
 static bent_status shade_batch(const tracer *t, path_block *block, int first, int count,
                                bent_render_statistics *statistics, bent_progress *progress, bent_error *error)
 {
-  if (block->shadow_count + 2 * DIRECT_BATCH * DIRECT_SHADOWS_MAX > SHADOWS) {
+  if (block->shadow_count + 2 * DIRECT_BATCH * (DIRECT_SHADOWS_MAX + 1) > SHADOWS) {
     const bent_status status = direct_trace(t, block, statistics, progress, error);
     if (status) return status;
   }
@@ -521,6 +481,7 @@ static bent_status shade_batch(const tracer *t, path_block *block, int first, in
   const bent_status measured = footprint_measure(t, count, block->paths + first, block->hits + first, footprints, progress, error);
   if (measured) return measured;
   batch b;
+  b.block = block;
   b.vertex_count[0] = b.vertex_count[1] = 0;
   b.closures = t->bidirectional ? block->light->closures : NULL;
   direct_reach(t, count, block->paths + first, block->hits + first, b.reach);
@@ -541,7 +502,7 @@ bent_status path_run(const tracer *t, path_block *block, int count, bent_render_
                      bent_progress *progress, bent_error *error)
 {
   int alive = count; /* paths[0 .. alive) live; rays[i] is the next ray of paths[i] */
-  block->shadow_count = 0;
+  block->shadow_count = block->credit_count = 0;
   while (alive > 0) {
     bent_status status = path_intersect(t, alive, block->rays, block->hits, progress, error);
     statistics->rays += (uint64_t)alive;
@@ -553,7 +514,7 @@ bent_status path_run(const tracer *t, path_block *block, int count, bent_render_
     for (int i = alive - 1; i >= 0; i--) { /* the last one takes the place of one that ends */
       path *p = &block->paths[i];
       if (block->goes_on[i]) continue;
-      finish(p, &block->records[p->record], statistics);
+      finish(t, p, &block->records[p->record], statistics);
       if (i < --alive) *p = block->paths[alive], block->rays[i] = block->rays[alive];
     }
   }
@@ -568,6 +529,7 @@ bent_status path_trace(const tracer *t, path_block *block, int count, const pixe
     const bent_status status = light_paths_trace(t, block, count, wanted, statistics, progress, error);
     if (status) return status;
   }
+  for (int i = 0; i < count; i++) block->records[i].lists = block->lists + (size_t)i * t->layout->list_total;
   for (int i = 0; i < count; i++)
     if (start(t, &wanted[i], &block->paths[alive], &block->rays[alive], &block->records[i]))
       block->paths[alive++].record = i;

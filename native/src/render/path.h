@@ -9,6 +9,7 @@
 #include "render/chain.h"
 #include "render/channels.h"
 #include "render/filter.h"
+#include "render/parts.h"
 #include "light/lights.h"
 #include "render/sampler.h"
 #include "scene/closure.h"
@@ -17,6 +18,7 @@
 typedef struct tracer {
   const bent_scene *scene;
   const bent_render_settings *settings;
+  const channel_layout *layout; /* of the records; never NULL */
   sampler sampler;
   pixel_filter filter;
   double angle; /* wanted angular error of a ray, radians */
@@ -51,7 +53,7 @@ typedef struct path {
   vec3 beta;         /* throughput from here to the camera */
   vec3 radiance;     /* gathered so far */
   vec3 feature_beta; /* throughput of mirrors and glass before the surface that denoising features describe */
-  double image[2]; /* the place in the picture, as camera_cast has it */
+  double image[2], lens[2]; /* the place in the picture and on the lens, as camera_cast_lens has them */
   double sky_filter; /* of this path, pixels, as in bent_render_settings */
   double alpha, travelled, depth_per_length;
   double way; /* length of all rays before this one */
@@ -62,12 +64,16 @@ typedef struct path {
   uint32_t vertex; /* surfaces met; numbers the random sets */
   ray_history ray;
   int record;
+  vec3 diffuse_part, glossy_part; /* of what its first scattering brings: see credit; only if light is told apart */
   int described, featured; /* whether depth, position, normal and denoising features are written */
   int last;                /* nothing but emission is gathered at the next surface */
 } path;
 
+enum { CREDIT_NONE = -1, CREDIT_OCCLUSION = -2 };
+
 /* A ray that is to find out what stands between a vertex and a light: the light that it brings if nothing does. */
 typedef struct shadow {
+  int credit; /* number of the block's, CREDIT_NONE, or CREDIT_OCCLUSION: it is light for ambient occlusion only */
   int path; /* of the block; -1: the light goes to the point `image` of the picture */
   double image[2];
   light_kind kind;
@@ -106,11 +112,15 @@ typedef struct path_block {
   shadow *shadows;
   bent_ray *shadow_rays;
   bent_hit *shadow_hits;
+  credit *credits;        /* of shadows, if light is told apart; else NULL */
+  int credit_count;
+  float *lists;           /* of the records */
   shadow_count *counts;   /* by portal_cell, to be counted up; NULL: nobody counts */
   struct light_paths *light; /* light_path.h, freed with the block; NULL if light subpaths are not traced */
 } path_block;
 
-bent_status path_block_new(path_block *out, const bent_scene *scene, int capacity, bent_error *error);
+bent_status path_block_new(path_block *out, const bent_scene *scene, const channel_layout *layout, int capacity,
+                           bent_error *error);
 void path_block_free(path_block *block);
 
 /* A pixel sample to take. */
@@ -134,7 +144,11 @@ bent_status path_intersect(const tracer *t, int n, const bent_ray *rays, bent_hi
                            bent_error *error);
 /* What a contribution to the picture counts after so many scatterings: limited by Cycles' clamp direct or indirect. */
 vec3 path_limited(const tracer *t, uint32_t bounces, vec3 contribution);
-void tracer_init(tracer *tracer, const bent_scene *scene, const bent_render_settings *settings);
+/* Light comes to a path's camera by its ray that has been scattered so many times. credit: NULL if light is not told apart. */
+void path_receive(const tracer *t, path *p, sample_record *record, const credit *credit, uint32_t bounces, vec3 light);
+/* layout: what records are to hold. */
+void tracer_init(tracer *tracer, const bent_scene *scene, const bent_render_settings *settings,
+                 const channel_layout *layout);
 /* Traces the block's first `count` paths along their rays to the end. A path's radiance is in the channel `combined` of its
  * record. */
 bent_status path_run(const tracer *tracer, path_block *block, int count, bent_render_statistics *statistics,

@@ -207,7 +207,7 @@ bent_status portals_new(const bent_scene *scene, portals **out, bent_progress *p
   for (size_t i = 0; i < g->lens_count; i++) mouths += (size_t)is_mouth(&g->lenses[i]);
   if (!mouths) return BENT_OK;
   path_block block;
-  bent_status status = path_block_new(&block, scene, LEARNING_PATHS, error);
+  bent_status status = path_block_new(&block, scene, &NO_CHANNELS, LEARNING_PATHS, error);
   if (status) return status;
   portals *p = calloc(1, sizeof *p);
   const int knows_ways = way_count(g) <= WAYS_MAX;
@@ -218,7 +218,7 @@ bent_status portals_new(const bent_scene *scene, portals **out, bent_progress *p
     status = bent_fail(error, BENT_ERROR_MEMORY, "portals: out of memory");
   } else {
     tracer t;
-    tracer_init(&t, scene, &LEARNING);
+    tracer_init(&t, scene, &LEARNING, &NO_CHANNELS);
     status = learn_all(&t, &block, p, progress, error);
   }
   free(block.counts);

@@ -231,7 +231,7 @@ bent_status bent_scene_find_stars(const bent_scene *scene, size_t n, const doubl
   if (!f) return bent_fail(error, BENT_ERROR_MEMORY, "stars: out of memory");
   *f = (finder){.view = view, .closures = malloc(((size_t)shading_lobe_max(scene->shading) + 1) * sizeof *f->closures)};
   if (!f->closures) status = bent_fail(error, BENT_ERROR_MEMORY, "stars: out of memory");
-  tracer_init(&f->tracer, scene, &settings);
+  tracer_init(&f->tracer, scene, &settings, &NO_CHANNELS);
   for (size_t i = 0; i < n; i++) out->count[i] = 0;
   if (!path_can_leave(&f->tracer, f->tracer.eye)) n = 0; /* within a horizon: nothing is seen */
   for (size_t first = 0; first < n && !status; first += BATCH) {

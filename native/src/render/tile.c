@@ -7,10 +7,27 @@
 #include "geometry/geometry.h"
 #include "render/camera.h"
 #include "render/compression.h"
+#include "render/deflection.h"
 #include "render/film.h"
 #include "render/light_path.h"
 #include "render/path.h"
 #include "scene/scene.h"
+
+/* The fields that only some channels ask for. */
+static bent_status check_channels(const bent_render_settings *s, bent_error *error)
+{
+  if (s->light_groups > BENT_ITEMS_MAX || s->aovs > BENT_ITEMS_MAX || s->matte_ranks > BENT_ITEMS_MAX)
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "render: light_groups, aovs and matte_ranks must be at most %d, got %u, %u, %u",
+                     BENT_ITEMS_MAX, s->light_groups, s->aovs, s->matte_ranks);
+  if (!(isfinite(s->mist_start) && s->mist_depth >= 0 && s->mist_falloff >= 0))
+    return bent_fail(error, BENT_ERROR_ARGUMENT,
+                     "render: mist_start must be finite, mist_depth and mist_falloff not negative, got %g, %g, %g",
+                     s->mist_start, s->mist_depth, s->mist_falloff);
+  if (!(s->occlusion_distance >= 0))
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "render: occlusion_distance must not be negative, got %g",
+                     s->occlusion_distance);
+  return BENT_OK;
+}
 
 /* Every field is checked here, so that nothing behind needs to. */
 static bent_status check(const bent_scene *scene, const bent_render_settings *s, const uint32_t tile[4],
@@ -62,14 +79,14 @@ static bent_status check(const bent_scene *scene, const bent_render_settings *s,
   if (!(s->alpha_threshold >= 0 && s->alpha_threshold <= 1))
     return bent_fail(error, BENT_ERROR_ARGUMENT, "render: alpha_threshold must lie in [0, 1], got %g",
                      s->alpha_threshold);
-  return BENT_OK;
+  return check_channels(s, error);
 }
 
 /* What a call that resumes needs: counts that float32 holds exactly, and all that decides which pixels are clean. */
 static bent_status check_resume(const bent_render_settings *s, float *const channels[BENT_CHANNELS_MAX],
-                                bent_error *error)
+                                const double *state, bent_error *error)
 {
-  if (!s->resume) return BENT_OK;
+  if (!s->resume || state) return BENT_OK;
   const int adaptive = channels[CHANNEL_COMBINED] && channels[CHANNEL_NOISE_PARTIAL] && channels[CHANNEL_NOISE_SCATTER];
   if (!channels[CHANNEL_SAMPLE_COUNT] || (s->noise_threshold > 0 && !adaptive))
     return bent_fail(error, BENT_ERROR_ARGUMENT,
@@ -106,6 +123,7 @@ enum { NOISE_CHECK = 16 };
 typedef struct strip {
   const uint32_t *tile;    /* x, y, width, height */
   const uint8_t *multiple; /* of each pixel of the strip: samples where another takes one */
+  const float (*deflection)[3]; /* of each; NULL: not wanted */
   size_t first;            /* number within the tile of the strip's first pixel */
   uint32_t count;          /* of pixels below */
   uint32_t pixels[FILM_PIXELS];
@@ -144,7 +162,11 @@ static bent_status take_samples(const tracer *t, film *film, path_block *block, 
     }
     const bent_status status = path_trace(t, block, (int)count, wanted, statistics, progress, error);
     if (status) return status;
-    for (uint32_t i = 0; i < count; i++) film_add(film, pixels[i], &block->records[i]);
+    for (uint32_t i = 0; i < count; i++) {
+      float *deflection = block->records[i].value[CHANNEL_DEFLECTION];
+      if (strip->deflection) memcpy(deflection, strip->deflection[pixels[i]], sizeof *strip->deflection);
+      film_add(film, pixels[i], &block->records[i]);
+    }
     statistics->samples += count;
     if (progress) atomic_fetch_add_explicit(&progress->done, (uint64_t)whole, memory_order_relaxed);
   }
@@ -178,12 +200,12 @@ static int is_time_to_look(const bent_render_settings *s, uint32_t taken)
   return taken >= s->min_samples && (taken - s->min_samples) % NOISE_CHECK == 0;
 }
 
-/* Takes the samples of the strip's `pixels` pixels. */
+/* Takes the samples of the strip's `pixels` pixels. before: how many are in the film. */
 static bent_status render_strip(const tracer *t, film *film, path_block *block, strip *strip, uint32_t pixels,
-                                bent_render_statistics *statistics, bent_progress *progress, bent_error *error)
+                                uint32_t before, bent_render_statistics *statistics, bent_progress *progress,
+                                bent_error *error)
 {
   const bent_render_settings *s = t->settings;
-  const uint32_t before = s->resume ? s->first_sample : 0; /* samples in the film */
   list_pixels(strip, film, pixels, before);
   uint32_t waiting = pixels; /* that progress does not count as done */
   for (uint32_t taken = 0, more; taken < s->sample_count; taken += more) {
@@ -203,60 +225,101 @@ static bent_status render_strip(const tracer *t, film *film, path_block *block, 
   return BENT_OK;
 }
 
+/* What is known of a tile's pixels before their samples; to be freed. */
+typedef struct measures {
+  uint8_t *multiple;
+  float (*deflection)[3]; /* NULL: not wanted */
+} measures;
+
+static bent_status measure(const tracer *t, const uint32_t tile[4], measures *out, bent_progress *progress,
+                           bent_error *error)
+{
+  const size_t pixels = (size_t)tile[2] * tile[3];
+  const int deflection = t->layout->wanted[CHANNEL_DEFLECTION];
+  out->multiple = malloc(pixels + 1);
+  if (deflection) out->deflection = malloc((pixels + 1) * sizeof *out->deflection);
+  if (!out->multiple || (deflection && !out->deflection)) return bent_fail(error, BENT_ERROR_MEMORY, "render: out of memory");
+  const bent_status status =
+      compression_measure(t, tile, t->settings->photon_ring_samples, out->multiple, progress, error);
+  return status || !deflection ? status : deflection_measure(t, tile, out->deflection, progress, error);
+}
+
 /* Takes the samples of a tile, strip by strip. */
 static bent_status render_strips(const tracer *t, path_block *block, film *film, const uint32_t tile[4],
-                                 const uint8_t *multiple, float *const channels[CHANNEL_COUNT],
+                                 const measures *measured, float *const channels[CHANNEL_COUNT], double *state,
                                  bent_render_statistics *statistics, bent_progress *progress, bent_error *error)
 {
   const size_t pixels = (size_t)tile[2] * tile[3];
   bent_status status = BENT_OK;
   for (size_t first = 0; first < pixels; first += FILM_PIXELS) {
     const uint32_t count = (uint32_t)(pixels - first < FILM_PIXELS ? pixels - first : FILM_PIXELS);
-    film_clear(film, channels);
-    if (t->settings->resume) film_read(film, channels, first, count);
-    strip strip = {.tile = tile, .multiple = multiple + first, .first = first};
-    if (!status) status = render_strip(t, film, block, &strip, count, statistics, progress, error);
+    double *kept = state ? state + first * film->layout.width : NULL;
+    if (t->settings->resume && kept) film_resume(film, kept, count);
+    else film_begin(film, kept, count, t->settings->first_sample);
+    if (t->settings->resume && !kept) film_read(film, channels, first, count);
+    strip strip = {.tile = tile, .multiple = measured->multiple + first, .first = first};
+    if (measured->deflection) strip.deflection = (const float(*)[3])measured->deflection + first;
+    const uint32_t since = t->settings->resume && kept ? film_first_sample(kept) : 0;
+    const uint32_t before = t->settings->resume ? t->settings->first_sample - since : 0;
+    if (!status) status = render_strip(t, film, block, &strip, count, before, statistics, progress, error);
     film_write(film, channels, first, count); /* after a cancel too: what is done is valid, the rest is 0 */
   }
   return status;
 }
 
 /* All channels of a tile whose first sample was not even begun. */
-static void write_nothing(float *const channels[CHANNEL_COUNT], size_t pixels)
+static void write_nothing(float *const channels[CHANNEL_COUNT], const bent_render_settings *settings, size_t pixels)
 {
-  size_t count;
-  const bent_channel *table = bent_render_channels(&count);
-  for (size_t c = 0; c < count; c++)
-    if (channels[c]) memset(channels[c], 0, pixels * (size_t)table[c].components * sizeof *channels[c]);
+  for (int c = 0; c < CHANNEL_COUNT; c++)
+    if (channels[c]) memset(channels[c], 0, pixels * channel_width((channel)c, settings) * sizeof *channels[c]);
+}
+
+/* What has to go together. */
+static bent_status check_integrator(const tracer *t, const channel_layout *records, bent_error *error)
+{
+  if (t->bidirectional && !t->light)
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "render: the integrator BIDIRECTIONAL needs the array `light`");
+  if (t->bidirectional && records->light)
+    return bent_fail(error, BENT_ERROR_ARGUMENT,
+                     "render: the integrator BIDIRECTIONAL cannot tell light apart by what scatters it, or whose it is");
+  return BENT_OK;
 }
 
 bent_status bent_scene_render_tile(const bent_scene *scene, uint32_t x, uint32_t y, uint32_t width, uint32_t height,
                                    const bent_render_settings *settings, float *const channels[BENT_CHANNELS_MAX],
-                                   int64_t (*light)[3], bent_render_statistics *statistics, bent_progress *progress, bent_error *error)
+                                   double *state, int64_t (*light)[3], bent_render_statistics *statistics,
+                                   bent_progress *progress, bent_error *error)
 {
   const uint32_t tile[4] = {x, y, width, height};
   *statistics = (bent_render_statistics){0};
   bent_status status = check(scene, settings, tile, error);
-  if (!status) status = check_resume(settings, channels, error);
+  if (!status) status = check_resume(settings, channels, state, error);
   if (!status) status = check_camera(scene, error);
   if (status) return status;
   tracer t;
   path_block block;
-  tracer_init(&t, scene, settings);
+  measures measured = {.multiple = NULL};
+  const channel_layout records = channel_layout_of(channels, settings);
+  tracer_init(&t, scene, settings, &records);
   t.light = light;
-  if (t.bidirectional && !light)
-    return bent_fail(error, BENT_ERROR_ARGUMENT, "render: the integrator BIDIRECTIONAL needs the array `light`");
-  status = path_block_new(&block, scene, BLOCK_SAMPLES, error);
+  status = check_integrator(&t, &records, error);
+  if (!status) status = path_block_new(&block, scene, &records, BLOCK_SAMPLES, error);
   if (status) return status;
-  film *film = malloc(sizeof *film);
-  uint8_t *multiple = malloc((size_t)width * height + 1);
+  const film_layout layout = film_layout_of(records.wanted, settings);
+  film *film = film_new(&layout, &records);
   if (t.bidirectional) block.light = light_paths_new(BLOCK_SAMPLES, block.lobes);
-  if (!film || !multiple || (t.bidirectional && !block.light)) status = bent_fail(error, BENT_ERROR_MEMORY, "render: out of memory");
-  if (!status) status = compression_measure(&t, tile, settings->photon_ring_samples, multiple, progress, error);
-  if (!status) status = render_strips(&t, &block, film, tile, multiple, channels, statistics, progress, error);
-  else if (status == BENT_CANCELLED && !settings->resume) write_nothing(channels, (size_t)width * height);
-  free(film);
-  free(multiple);
+  if (!film || (t.bidirectional && !block.light)) status = bent_fail(error, BENT_ERROR_MEMORY, "render: out of memory");
+  if (!status) status = measure(&t, tile, &measured, progress, error);
+  if (!status) status = render_strips(&t, &block, film, tile, &measured, channels, state, statistics, progress, error);
+  else if (status == BENT_CANCELLED && settings->resume && state) {
+    bent_render_state_develop(settings, (size_t)width * height, state, channels);
+  } else if (status == BENT_CANCELLED && !settings->resume) {
+    write_nothing(channels, settings, (size_t)width * height);
+    if (state) memset(state, 0, (size_t)width * height * layout.width * sizeof *state);
+  }
+  film_free(film);
+  free(measured.multiple);
+  free(measured.deflection);
   path_block_free(&block);
   return status;
 }

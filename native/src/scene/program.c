@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-typedef enum row_kind { PURE, PER_POINT, SCATTERS, EMITS, SEE_THROUGH, PRINCIPLED, LAYER } row_kind;
+typedef enum row_kind { PURE, PER_POINT, SCATTERS, EMITS, SEE_THROUGH, PRINCIPLED, LAYER, RECORDS } row_kind;
 
 typedef struct row {
   bent_opcode info;
@@ -15,7 +15,7 @@ typedef struct row {
 /* Immediates that are plain numbers. */
 static const char *const image_index[] = {NULL}, *const table_start[] = {NULL}, *const table_count[] = {NULL},
                          *const attribute_id[] = {NULL}, *const tile_count[] = {NULL},
-                         *const ray_count[] = {NULL};
+                         *const ray_count[] = {NULL}, *const aov_index[] = {NULL};
 
 #define STRING(name) #name,
 #define NAMES(list) (const char *const[]){list(STRING) NULL}
@@ -62,7 +62,7 @@ static bent_status check_instruction(const bent_program *p, const int32_t *code,
     else if (names == table_start) limit = (int64_t)p->table_length;
     else if (names == table_count) limit = (int64_t)p->table_length - immediates[i - 1] + 1;
     else if (names == tile_count) limit = min_count(image_count - immediates[0], (int64_t)p->table_length - immediates[i - 1]) + 1;
-    else if (names == attribute_id || names == ray_count) limit = INT32_MAX;
+    else if (names == attribute_id || names == ray_count || names == aov_index) limit = INT32_MAX;
     else while (names[limit]) limit++;
     if (immediates[i] < (names == table_count || names == tile_count) || immediates[i] >= limit)
       return bent_fail(error, BENT_ERROR_ARGUMENT, "program: %s at %zu: immediate %d is %d, not within 0 to %lld", name, at,
@@ -192,7 +192,7 @@ static void find_even_emission(program *p)
   p->emits_evenly = 1;
   for (size_t at = 0; at < p->code_length; at += instruction_length(&rows[p->code[at]])) {
     const row_kind kind = rows[p->code[at]].kind;
-    p->emits_evenly &= kind == EMITS || kind == SCATTERS || kind == SEE_THROUGH;
+    p->emits_evenly &= kind == EMITS || kind == SCATTERS || kind == SEE_THROUGH || kind == RECORDS;
   }
   if (!p->emits_evenly) return;
   closure_set set = {0};

@@ -203,6 +203,7 @@ void program_run(const program *program, program_context *context);
   /* weight, color, radius, scale, ior, roughness of the way in squared, anisotropy, normal */                          \
   OP(subsurface, 0, 8, SCATTERS, NAMES(SUBSURFACE_METHODS))                                                            \
   OP(holdout, 0, 1, PER_POINT, NONE) /* weight */                                                                      \
+  OP(aov, 0, 1, RECORDS, aov_index)  /* color or number */                                                             \
   /* weight, base color, metallic, roughness, diffuse roughness, ior, specular level, specular tint, transmission,    \
    * alpha, normal, emission color, emission strength, anisotropy, rotation, tangent */                                \
   OP(principled, 0, 16, PRINCIPLED, NAMES(DISTRIBUTIONS))                                                              \

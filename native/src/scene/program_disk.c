@@ -2,31 +2,19 @@
  * whose axes and unit of length are the hole's. */
 #include "scene/disk.h"
 
+#include "scene/disk_seen.h"
 #include "scene/program.h"
 
-/* Mass, spin over mass -> radius over mass, azimuth in [0, 2 pi), the Doppler factor and the gravitational one, whose product
- * is g = nu_observed / nu_emitted, and how often the ray that looks has crossed the disk's plane before. The gravitational
- * factor leads from the local observer to the path's beginning, in space that is bent or not; where nothing is known of
- * the path, to infinity. */
+/* Mass, spin over mass -> radius over mass, azimuth in [0, 2 pi), the Doppler factor and the gravitational one (disk_seen.h),
+ * and how often the ray that looks has crossed the disk's plane before. */
 OPERATION(disk)
 {
-  const shade_point *p = context->point;
-  const double mass = in[0]->x, spin = in[1]->x, a = fabs(spin), sense = spin < 0 ? -1 : 1;
-  const vec3 at = p->object_from_world ? mat4_point(p->object_from_world, p->position) : p->position;
-  const vec3 out_of = p->object_from_world ? v3_normalize(mat4_vector(p->object_from_world, p->wo)) : p->wo;
-  const double drawn = v2_length(at.x, at.y), azimuth = atan2(at.y, at.x);
-  const double r = immediates[0] == CHART_ISOTROPIC ? disk_radius_isotropic(drawn / mass) : disk_radius_oblate(drawn / mass, a);
-  const double k_r = (at.x * out_of.x + at.y * out_of.y) / drawn;
-  const double k_phi = sense * (at.x * out_of.y - at.y * out_of.x) / drawn;
-  double doppler = disk_doppler(r, a, k_r, k_phi);
-  double gravitational = p->ray.frequency > 0 ? p->ray.frequency : disk_gravitational(r, a, k_phi);
-  if (!(doppler > 0 && doppler < INFINITY)) doppler = 0; /* at the horizon and within */
-  if (!(gravitational > 0 && gravitational < INFINITY)) gravitational = 0;
-  out[0] = v3_splat(isfinite(r) ? r : 0);
-  out[1] = v3_splat(azimuth < 0 ? azimuth + 2 * M_PI : azimuth);
-  out[2] = v3_splat(doppler);
-  out[3] = v3_splat(gravitational);
-  out[4] = v3_splat(p->ray.image_order);
+  const disk_view v = disk_look(context->point, in[0]->x, in[1]->x, immediates[0] == CHART_ISOTROPIC);
+  out[0] = v3_splat(v.r);
+  out[1] = v3_splat(v.azimuth);
+  out[2] = v3_splat(v.doppler);
+  out[3] = v3_splat(v.gravitational);
+  out[4] = v3_splat(context->point->ray.image_order);
 }
 
 /* Radius, spin. */

@@ -6,6 +6,13 @@
 #include "scene/safe_math.h"
 
 OPERATION(dot) { *out = v3_splat(v3_dot(*in[0], *in[1])); }
+OPERATION(aov)
+{
+  const aov_sink *sink = context->point ? context->point->aovs : NULL;
+  if (!sink || (uint32_t)immediates[0] >= sink->count) return;
+  float *out_of = sink->values + 4 * immediates[0];
+  out_of[0] += (float)in[0]->x, out_of[1] += (float)in[0]->y, out_of[2] += (float)in[0]->z, out_of[3] += 1;
+}
 OPERATION(average) { *out = v3_splat(v3_average(*in[0])); }
 OPERATION(channel) { *out = v3_splat(immediates[0] == 0 ? in[0]->x : immediates[0] == 1 ? in[0]->y : in[0]->z); }
 OPERATION(combine) { *out = v3(in[0]->x, in[1]->x, in[2]->x); }

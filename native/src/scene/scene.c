@@ -7,6 +7,7 @@
 #include "render/camera.h"
 #include "light/lights.h"
 #include "render/portal.h"
+#include "scene/labels.h"
 #include "scene/shading.h"
 
 bent_status bent_scene_new(bent_scene **out, bent_error *error)
@@ -30,6 +31,7 @@ void bent_scene_free(bent_scene *scene)
   lights_free(scene->lights);
   lamps_free(scene->lamps);
   suns_free(scene->suns);
+  labels_free(scene->labels);
   shading_free(scene->shading);
   geometry_free(scene->geometry);
   free(scene);
@@ -44,6 +46,7 @@ static bent_status commit_light(bent_scene *scene, bent_progress *progress, bent
   lights_free(scene->lights);
   portals_free(scene->portals);
   scene->lights = lights;
+  scene->sky_valid = 1;
   scene->portals = NULL;
   scene->committed = 1; /* as far as rays are concerned */
   status = portals_new(scene, &scene->portals, progress, error);

@@ -9,6 +9,7 @@ typedef struct camera camera;         /* render/camera.h */
 typedef struct suns suns;             /* light/suns.h */
 typedef struct lamps lamps;           /* light/lamps.h */
 typedef struct portals portals;       /* what is known of wormholes' throats, made by commit: render/portal.h */
+typedef struct labels labels;         /* scene/labels.h */
 typedef struct lights lights;         /* all that shines, made by commit: light/lights.h */
 
 struct bent_scene {
@@ -17,10 +18,12 @@ struct bent_scene {
   camera *camera;
   suns *suns;   /* NULL: none, as the lamps */
   lamps *lamps;
+  labels *labels; /* NULL: none */
   lights *lights; /* NULL before the first commit */
   portals *portals; /* NULL without wormholes */
   int committed;
   int lights_valid; /* nothing that shines, or where it stands, has changed since they were made */
+  int sky_valid;    /* nor has the world */
 };
 
 /* Marks a scene that takes a commit for more than its camera. */

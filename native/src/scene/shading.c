@@ -62,6 +62,7 @@ bent_status bent_scene_update_image(bent_scene *scene, int index, const bent_ima
   if (index < 0 || index >= s->image_count)
     return bent_fail(error, BENT_ERROR_ARGUMENT, "update_image: no image %d", index);
   scene_edited(scene);
+  scene->sky_valid = 0; /* the world may show it */
   const int is_sky = s->images[index].levels != NULL;
   const bent_status status = image_make(&s->images[index], source, error);
   return status || !is_sky ? status : sky_levels_new(&s->images[index], &s->images[index].levels, error);
@@ -90,6 +91,7 @@ bent_status bent_scene_set_world(bent_scene *scene, const bent_program *source, 
 {
   shading *s = scene->shading;
   scene_edited(scene);
+  scene->sky_valid = 0;
   if (!source) {
     program_free(&s->world);
     s->has_world = 0;
@@ -167,16 +169,28 @@ const vec3 *shading_even_emission(const shading *shading, int material)
   return program->emits_evenly && !(program->may_emit && shading_shifts(shading)) ? &program->emission : NULL;
 }
 
-vec3 shading_sky(const shading *shading, vec3 direction, const vec3 across[2], const ray_history *ray)
+/* Light of the sky as its material gives it. */
+static vec3 run_sky(const shading *shading, vec3 direction, const vec3 across[2], const ray_history *ray,
+                    const aov_sink *aovs)
 {
   if (!shading->has_world) return v3(0, 0, 0);
   const vec3 back = v3_scale(direction, -1);
   shade_point point = {.position = direction, .generated = direction, .wo = back, .geometric_normal = back,
-                       .normal = back, .ray_length = SKY_LENGTH, .across_sky = across, .ray = *ray};
+                       .normal = back, .ray_length = SKY_LENGTH, .across_sky = across, .ray = *ray, .aovs = aovs};
   point.ray.bounces++; /* Cycles counts the sky as one further */
   closure_set set = {.closures = NULL};
   run(shading, &shading->world, &point, &set, 1);
-  return shading_shifted(shading, set.emission, ray);
+  return set.emission;
+}
+
+vec3 shading_sky(const shading *shading, vec3 direction, const vec3 across[2], const ray_history *ray)
+{
+  return shading_shifted(shading, run_sky(shading, direction, across, ray, NULL), ray);
+}
+
+void shading_sky_aovs(const shading *shading, vec3 direction, const ray_history *ray, const aov_sink *aovs)
+{
+  run_sky(shading, direction, NULL, ray, aovs);
 }
 
 int shading_sky_has_levels(const shading *shading)

@@ -41,6 +41,12 @@ typedef struct ray_history {
 #define RAY_SCATTERED                                                                                                  \
   ((ray_history){.kinds = RAY_DIFFUSE | RAY_GLOSSY | RAY_TRANSMISSION | RAY_REFLECTION, .bounces = 1})
 
+/* Where a material's AOVs go: four numbers each, to which it adds. */
+typedef struct aov_sink {
+  float *values;
+  uint32_t count;
+} aov_sink;
+
 /* Where and how a surface is looked at. All directions are local unit vectors in world axes (the ZAMO frame that stands
  * for the flat basis), so that a BSDF never knows that space is curved. */
 typedef struct shade_point {
@@ -69,6 +75,7 @@ typedef struct shade_point {
   double footprint;      /* about the size of a pixel here, world units; 0: not known */
   const vec3 *across_sky; /* of the sky: see shading_sky; NULL: a single direction */
   ray_history ray;       /* that looks */
+  const aov_sink *aovs;  /* NULL: nobody asks for them */
   int no_reflection, no_refraction; /* of microfacets: they are left out of the material */
 } shade_point;
 
@@ -82,6 +89,8 @@ const vec3 *shading_even_emission(const shading *shading, int material);
 /* Radiance of the scene's sky in the asymptotic world direction `direction`, for a ray with this history. across: two vectors by
  * which the direction changes over the part of the sky that images are averaged over (sky_levels.h); NULL: none. */
 vec3 shading_sky(const shading *shading, vec3 direction, const vec3 across[2], const ray_history *ray);
+/* What the sky's material writes to its AOVs in that direction. */
+void shading_sky_aovs(const shading *shading, vec3 direction, const ray_history *ray, const aov_sink *aovs);
 /* Nonzero if the sky shows an image that can be averaged. */
 int shading_sky_has_levels(const shading *shading);
 /* Nonzero if the material can be seen through (transparent closures), so that the ray may pass on. */

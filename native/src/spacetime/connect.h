@@ -11,8 +11,9 @@ typedef struct connect_request {
   int sky, far_side;
 } connect_request;
 
-/* Most pairs of a call. */
-enum { CONNECT_BLOCK = 512 };
+/* Pairs of a call, and between looks at whether to stop: around a spinning hole, a third of a second. The last of a call
+ * do not fill the lanes. */
+enum { CONNECT_BLOCK = 32768 };
 
 /* Pairs 0 .. n-1 of checked points (`b`: nonzero vectors if request->sky); results at 0 .. n * max_images - 1 of `out`.
  * Schwarzschild, Kerr without spin, and Ellis; curved only. Adds to `count`. */

@@ -17,6 +17,8 @@
 enum { AIM_TRIALS_MAX = 30 };
 /* Smallest part of a step of Newton's that is tried. */
 #define AIM_DAMPING_MIN 0.01
+/* A ray that misses by less has hit, in units of the tolerance; the rest of it is left to truncation and rounding. */
+#define AIM_HIT 0.5
 /* Longest steps: radians, and relative in Mino time. */
 #define AIM_TURN_MAX 0.5
 #define AIM_STRETCH_MAX 0.6
@@ -40,7 +42,7 @@ typedef struct aim_setting {
   lanes time; /* Mino time */
 } aim_setting;
 
-/* One search a lane. All members are lanes, masks too: see aim_copy_lane. */
+/* One search a lane. All members are lanes, masks too: see aim_load. */
 typedef struct aim_task {
   flow_place a, b;
   lanes spin, sky;              /* spin as the ray sees it; mask: b is in the sky */
@@ -53,36 +55,59 @@ typedef struct aim_task {
   lanes damping, truncation, turn_truncation, trials;
 } aim_task;
 
+/* A trial on its way. */
+typedef struct aim_flight {
+  flow_hole hole;
+  flow_ray ray;
+  lanes lands, level;                 /* see aim_task; 1 / r of b */
+  lanes truncation, turn_truncation;
+  lanes left, time, steps;            /* Mino time until its end, and since launch */
+  lanes narrow;                       /* least w^2 Delta on the way: dragging magnifies errors by its inverse */
+  lanes_mask open, whole, beyond;     /* it goes on; has not fallen in; has passed infinity: no ray, however well it meets */
+} aim_flight;
+
 /* Where a trial has come. */
 typedef struct aim_shot {
-  lanes_mask whole;       /* it did not fall in before */
-  lanes_mask beyond;      /* it has passed infinity: no ray, however well it meets */
-  lanes narrow;           /* least w^2 Delta on the way: dragging magnifies errors by its inverse */
+  lanes_mask whole, beyond; /* it has come to its end; see aim_flight */
+  lanes narrow;
   flow_ray ray;
   lanes error[3];         /* b minus the end: w, and two angles */
   lanes jacobian[3][3];   /* of the end: rows w and two angles; columns two launch angles and Mino time */
   lanes missed, lever;    /* miss over the radius of b, in the sky an angle; its size per angle of launch */
-  lanes time, steps;
+  lanes steps;
 } aim_shot;
 
-/* A search at rest. */
-enum { AIM_WORDS = sizeof(aim_task) / sizeof(lanes) };
+/* A search at rest, and its trial. */
+enum { AIM_WORDS = sizeof(aim_task) / sizeof(lanes), AIM_FLIGHT_WORDS = sizeof(aim_flight) / sizeof(lanes) };
 typedef struct aim_record {
-  double word[AIM_WORDS];
+  double task[AIM_WORDS], flight[AIM_FLIGHT_WORDS];
 } aim_record;
 
-LANES_INLINE void aim_load(aim_task *t, int lane, const aim_record *from)
+/* One lane of a struct of so many lanes, from words. Whole lanes are stored: loads that follow at once need not wait. */
+LANES_INLINE void aim_load(void *batch, size_t words, int lane, const double *from)
 {
-  typedef double __attribute__((may_alias)) word;
-  word *to = (word *)t + lane;
-  for (size_t k = 0; k < AIM_WORDS; k++) to[k * LANES] = from->word[k];
+  typedef lanes __attribute__((may_alias)) word;
+  const lanes_mask here = lanes_mask_from_bits(1u << lane);
+  for (size_t k = 0; k < words; k++) ((word *)batch)[k] = lanes_select(here, lanes_all(from[k]), ((word *)batch)[k]);
 }
 
-LANES_INLINE void aim_save(const aim_task *t, int lane, aim_record *to)
+/* All lanes, lane i from from[i]. */
+LANES_INLINE void aim_load_all(void *batch, size_t words, const double *const from[LANES])
+{
+  typedef lanes __attribute__((may_alias)) word;
+  for (size_t k = 0; k < words; k++) {
+    lanes all;
+    for (int i = 0; i < LANES; i++) all[i] = from[i][k];
+    ((word *)batch)[k] = all;
+  }
+}
+
+/* One lane, to words. */
+LANES_INLINE void aim_save(const void *batch, size_t words, int lane, double *to)
 {
   typedef double __attribute__((may_alias)) word;
-  const word *from = (const word *)t + lane;
-  for (size_t k = 0; k < AIM_WORDS; k++) to->word[k] = from[k * LANES];
+  const word *from = (const word *)batch + lane;
+  for (size_t k = 0; k < words; k++) to[k] = from[k * LANES];
 }
 
 LANES_INLINE void aim_select(lanes_mask mask, const aim_setting *from, aim_setting *to)
@@ -162,40 +187,58 @@ LANES_INLINE void aim_compare(const flow_hole *hole, const flow_place *b, lanes_
   aim_measure(b, sky, shot);
 }
 
-/* The trial, with its derivatives by `turns` launch angles, up to its end. A ray that lands sets its Mino time. */
-LANES_INLINE aim_shot aim_shoot(aim_task *t, int turns)
+/* Launches the trial. */
+LANES_INLINE void aim_launch(const aim_task *t, aim_flight *f)
 {
-  const flow_hole hole = flow_hole_of(t->spin);
-  const flow_metric metric = flow_metric_at(&hole, &t->a);
+  f->hole = flow_hole_of(t->spin);
+  const flow_metric metric = flow_metric_at(&f->hole, &t->a);
   lanes e[2][3];
   flow_across(t->trial.d, e);
+  flow_launch(&f->hole, &t->a, &metric, t->trial.d, e, &f->ray);
+  f->lands = t->lands, f->level = t->b.w;
+  f->truncation = t->truncation, f->turn_truncation = t->turn_truncation;
+  f->left = t->trial.time, f->time = f->steps = lanes_all(0), f->narrow = lanes_all(1);
+  f->open = f->whole = f->left > 0, f->beyond = (lanes_mask){0};
+}
+
+/* Its next step, with derivatives by `turns` launch angles. */
+LANES_INLINE void aim_fly(aim_flight *f, int turns)
+{
+  const lanes_mask lands = f->lands != 0, open = f->open;
+  flow_series series;
+  f->beyond |= open & (f->ray.w.value < 0);
+  lanes h = flow_expand(&f->hole, &f->ray, turns, f->truncation, f->turn_truncation, &series);
+  const lanes before = f->lands * (series.w[0] - f->level), after = f->lands * (series_at(series.w, FLOW_ORDER, h) - f->level);
+  const lanes_mask over = lands & (before < 0) & (after >= 0);
+  if (lanes_any(over & open)) h = lanes_select(over, flow_crossing(&series, f->level, h, over & open), h);
+  h = lanes_select(open, lanes_select(lands, h, lanes_min(h, f->left)), lanes_all(0));
+  flow_advance(&f->hole, &series, turns, h, &f->ray);
+  f->time += h, f->steps += lanes_select(open, lanes_all(1), lanes_all(0));
+  const lanes ahead = lanes_select(over, lanes_all(0), lanes_all(1));
+  f->left = lanes_select(open, lanes_select(lands, ahead, f->left - h), f->left);
+  const lanes w = f->ray.w.value;
+  f->narrow = lanes_min((1 - f->hole.outer * w) * (1 - f->hole.inner * w), f->narrow);
+  f->whole &= ~open | ((1 - f->hole.outer * w > FLOW_FALLEN) & ((w > 0) | ~lands | over));
+  f->open &= (f->left > 0) & f->whole & (f->steps < FLOW_STEPS_MAX);
+}
+
+/* What has come of a trial that is over, but for its comparison with b. A ray that lands sets its Mino time. */
+LANES_INLINE void aim_end(aim_task *t, const aim_flight *f, aim_shot *shot)
+{
+  shot->whole = f->whole & (f->left == 0);
+  shot->beyond = f->beyond | ((lanes_mask)t->sky & (f->ray.v.value >= 0));
+  shot->narrow = f->narrow, shot->steps = f->steps, shot->ray = f->ray;
+  t->trial.time = lanes_select((f->lands != 0) & shot->whole, f->time, t->trial.time);
+}
+
+/* A whole trial without derivatives; only for where it goes. */
+LANES_INLINE aim_shot aim_shoot(aim_task *t)
+{
+  aim_flight flight;
   aim_shot shot;
-  flow_launch(&hole, &t->a, &metric, t->trial.d, e, &shot.ray);
-  const lanes_mask lands = t->lands != 0;
-  lanes left = t->trial.time;
-  lanes_mask open = left > 0;
-  shot.whole = open, shot.beyond = (lanes_mask){0}, shot.narrow = lanes_all(1);
-  shot.steps = shot.time = lanes_all(0);
-  for (int i = 0; i < FLOW_STEPS_MAX && lanes_any(open); i++) {
-    flow_series series;
-    shot.beyond |= open & (shot.ray.w.value < 0);
-    lanes h = flow_expand(&hole, &shot.ray, turns, t->truncation, t->turn_truncation, &series);
-    const lanes before = t->lands * (series.w[0] - t->b.w), after = t->lands * (series_at(series.w, FLOW_ORDER, h) - t->b.w);
-    const lanes_mask over = lands & (before < 0) & (after >= 0);
-    if (lanes_any(over & open)) h = lanes_select(over, flow_crossing(&series, t->b.w, h, over & open), h);
-    h = lanes_select(open, lanes_select(lands, h, lanes_min(h, left)), lanes_all(0));
-    flow_advance(&hole, &series, turns, h, &shot.ray);
-    shot.time += h, shot.steps += lanes_select(open, lanes_all(1), lanes_all(0));
-    const lanes ahead = lanes_select(over, lanes_all(0), lanes_all(1));
-    left = lanes_select(open, lanes_select(lands, ahead, left - h), left);
-    const lanes w = shot.ray.w.value;
-    shot.narrow = lanes_min((1 - hole.outer * w) * (1 - hole.inner * w), shot.narrow);
-    shot.whole &= ~open | ((1 - hole.outer * w > FLOW_FALLEN) & ((w > 0) | ~lands | over));
-    open &= (left > 0) & shot.whole;
-  }
-  shot.whole &= left == 0;
-  shot.beyond |= (lanes_mask)t->sky & (shot.ray.v.value >= 0);
-  t->trial.time = lanes_select(lands & shot.whole, shot.time, t->trial.time);
+  aim_launch(t, &flight);
+  while (lanes_any(flight.open)) aim_fly(&flight, 0);
+  aim_end(t, &flight, &shot);
   return shot;
 }
 
@@ -296,7 +339,6 @@ LANES_INLINE lanes aim_floor(const aim_task *t, const aim_shot *shot)
 typedef struct aim_result {
   lanes_mask found, lost; /* the search is over */
   lanes error;            /* estimated miss */
-  lanes steps;            /* that the next trial will take, about */
   aim_setting aimed;      /* at the ray that was found, by the last shot */
 } aim_result;
 
@@ -328,11 +370,11 @@ LANES_INLINE void aim_accept(aim_task *t, const aim_shot *shot, lanes_mask accep
   t->fresh = (lanes)((lanes_mask)t->fresh & ~accept);
 }
 
-/* One trial of the lanes in `busy`, and the choice of the next. A ray on the axis that comes to the axis may be turned about
- * it: it has no step in that direction, and needs none. */
-LANES_INLINE aim_result aim_try(aim_task *t, double tolerance, lanes_mask busy, aim_shot *shot)
+/* Judges a trial of the lanes in `busy` that is over, and chooses the next. A ray on the axis that comes to the axis may be
+ * turned about it: it has no step in that direction, and needs none. */
+LANES_INLINE aim_result aim_judge(aim_task *t, const aim_flight *flight, double tolerance, lanes_mask busy, aim_shot *shot)
 {
-  *shot = aim_shoot(t, FLOW_TURNS);
+  aim_end(t, flight, shot);
   const flow_hole hole = flow_hole_of(t->spin);
   aim_compare(&hole, &t->b, (lanes_mask)t->sky, shot);
   lanes inverse[3][3], at_base[3][3], step[3], moved[3];
@@ -343,7 +385,7 @@ LANES_INLINE aim_result aim_try(aim_task *t, double tolerance, lanes_mask busy, 
   const lanes floor = aim_floor(t, shot), finest = aim_finest(t, shot, tolerance), missed = shot->missed;
   const lanes turn_finest = aim_turn_finest(tolerance), truncation = t->truncation, turn_truncation = t->turn_truncation;
   const lanes_mask better = fresh | (shorter <= (1 - 0.25 * t->damping) * t->length) | (missed <= AIM_NEAR);
-  const lanes_mask known = lanes_is_finite(length), hit = (missed <= 0.1 * tolerance) | (missed <= floor);
+  const lanes_mask known = lanes_is_finite(length), hit = (missed <= AIM_HIT * tolerance) | (missed <= floor);
   const lanes_mask accept = busy & shot->whole & better & (known | hit);
   aim_result result = {.error = floor + missed, .aimed = t->trial};
   result.found = accept & hit & (t->truncation <= 1.1 * finest) & (t->turn_truncation <= turn_finest) & ~exchanged &
@@ -357,8 +399,6 @@ LANES_INLINE aim_result aim_try(aim_task *t, double tolerance, lanes_mask busy, 
   t->truncation = lanes_select(accept & (missed < 0.1) & ~exchanged, lanes_min(wanted, truncation), truncation);
   const lanes_mask last = accept & (missed * missed <= AIM_LAST * turn_finest);
   t->turn_truncation = lanes_select(last, lanes_min(turn_truncation, turn_finest), turn_truncation);
-  result.steps = shot->steps * lanes_max(lanes_rough_root(truncation / t->truncation, 1.0 / FLOW_ORDER),
-                                         lanes_rough_root(turn_truncation / t->turn_truncation, 1.0 / FLOW_TURN_ORDER));
 
   t->trials += 1;
   if (lanes_any(turns)) aim_turn_round(t, shot, turns);

@@ -232,7 +232,7 @@ LANES_INLINE void guess_first(int order, const guess_rule *rule, aim_task *t)
   guess_make(&g, &hole, order, rule, matches, t);
   lanes last = {0}, met = {0};
   for (int i = 0; i < passes; i++) {
-    const aim_shot shot = aim_shoot(t, 0);
+    const aim_shot shot = aim_shoot(t);
     const lanes drag = shot.ray.drag.value, off = drag - g.dragging;
     const lanes over = lanes_min(lanes_max(shot.ray.swept - t->swept, lanes_all(-2)), lanes_all(2));
     const lanes_mask known = shot.whole & lanes_is_finite(drag), lands = t->lands != 0;

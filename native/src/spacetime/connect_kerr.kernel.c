@@ -1,6 +1,6 @@
-/* Connections around a spinning hole: for every image of a block of pairs a first guess, then the aim. Pairs that fail are
- * guessed again by other rules. Searches that need the same work, of about the same length, do it side by side in the
- * lanes. */
+/* Connections around a spinning hole: for every image of a pair a first guess, then the aim. Images that fail are guessed
+ * again by other rules. Searches that need the same work do it side by side in the lanes. Where a trial is over, another one
+ * takes its lane; where all images of a pair are known, another pair takes its place. */
 #include <string.h>
 
 #include "spacetime/connect.h"
@@ -19,73 +19,96 @@ typedef struct found_image {
   double launch[3], arrival[3], spread, frequency_ratio, swept, error;
 } found_image;
 
-/* A block of pairs. */
-typedef struct block {
+/* Pairs under way at a time: enough to fill the lanes with searches that need the same, few enough to stay in the cache. */
+enum { POOL = 128 };
+
+/* A pair under way: the image that is looked for, and those before. */
+typedef struct search {
+  uint32_t pair;
+  int order, attempt;
+  double sum; /* of 1 / spread of the images before */
+  found_image images[BENT_CONNECT_IMAGES_MAX]; /* lengths over M */
+} search;
+
+/* What a search may wait for: a guess at an image by a rule, a lane to fly in, to be judged. */
+enum { WORK_LANE = BENT_CONNECT_IMAGES_MAX * GUESS_ATTEMPTS, WORK_JUDGE, WORK_KINDS };
+/* Further work: trials fly on; nothing is left. */
+enum { WORK_FLY = WORK_KINDS, WORK_NONE };
+
+/* Searches that wait, first come, first served. */
+typedef struct queues {
+  int guesses, count[WORK_KINDS];
+  uint32_t first[WORK_KINDS], last[WORK_KINDS], next[POOL]; /* searches: of each kind, and after each */
+} queues;
+
+/* Trials on their way. */
+typedef struct air {
+  aim_flight flight;
+  uint32_t searches[LANES];
+  int busy, taken[LANES];
+} air;
+
+typedef struct pool {
   const connect_request *request;
   double mass;
   arc_space space; /* of the hole of mass 1 */
   const double (*a)[3], (*b)[3];
-  found_image images[BENT_CONNECT_IMAGES_MAX][CONNECT_BLOCK]; /* by order and pair; lengths over M */
-  aim_record searches[CONNECT_BLOCK];                         /* by pair */
-  int attempt[CONNECT_BLOCK];
-} block;
+  const bent_connections *out;
+  bent_connection_count *count;
+  search searches[POOL];
+  aim_record aims[POOL]; /* of the searches */
+  queues waiting;
+  air air;
+} pool;
 
-/* What a search may wait for: a guess by each rule, a trial. */
-enum { WORK_GUESS = 0, WORK_TRIAL = GUESS_ATTEMPTS, WORK_KINDS };
-
-/* Searches that wait for the same work, by the number of steps that it will take, about. The shortest go first, and come
- * back with longer work: so all are about as far, and there are always some of about the same length to share the lanes. */
-enum { LENGTHS = 64 };
-typedef struct queue {
-  size_t count;
-  int shortest; /* none that waits is shorter */
-  int32_t first[LENGTHS], next[CONNECT_BLOCK]; /* pairs: by length, and after each pair; -1: no more */
-} queue;
-
-static void clear(queue *q)
+static void enter(queues *q, uint32_t search, int kind)
 {
-  q->count = 0, q->shortest = LENGTHS;
-  for (int i = 0; i < LENGTHS; i++) q->first[i] = -1;
+  if (q->count[kind]++ > 0) q->next[q->last[kind]] = search;
+  else q->first[kind] = search;
+  q->last[kind] = search;
+  q->guesses += kind < WORK_LANE;
 }
 
-static void enter(queue *q, uint32_t pair, double steps)
+static void enter_guess(pool *pool, uint32_t search)
 {
-  const int length = (int)fmin(fmax(steps, 0), LENGTHS - 1);
-  q->next[pair] = q->first[length], q->first[length] = (int32_t)pair;
-  if (length < q->shortest) q->shortest = length;
-  q->count++;
+  enter(&pool->waiting, search, pool->searches[search].order * GUESS_ATTEMPTS + pool->searches[search].attempt);
 }
 
-/* Takes up to LANES of the shortest; returns how many. */
-static size_t leave(queue *q, uint32_t pairs[LANES])
+static uint32_t leave(queues *q, int kind)
 {
-  size_t n = 0;
-  for (; n < LANES && q->count > 0; n++, q->count--) {
-    while (q->first[q->shortest] < 0) q->shortest++;
-    pairs[n] = (uint32_t)q->first[q->shortest];
-    q->first[q->shortest] = q->next[pairs[n]];
-  }
-  return n;
+  const uint32_t search = q->first[kind];
+  q->first[kind] = q->next[search];
+  q->count[kind]--, q->guesses -= kind < WORK_LANE;
+  return search;
 }
 
-/* The work to do next: what fills the lanes, guesses first; otherwise such as may lead to more for the others. -1: none is
- * left. */
-static int next_work(const queue queues[WORK_KINDS])
+/* A guess that at least `least` searches wait for; WORK_LANE if there is none. */
+static int find_guess(const queues *q, int least)
 {
-  for (int kind = 0; kind < WORK_KINDS; kind++)
-    if (queues[kind].count >= LANES) return kind;
-  if (queues[WORK_TRIAL].count) return WORK_TRIAL;
-  for (int kind = 0; kind < WORK_KINDS; kind++)
-    if (queues[kind].count) return kind;
-  return -1;
+  int kind = q->guesses < least ? WORK_LANE : 0;
+  while (kind < WORK_LANE && q->count[kind] < least) kind++;
+  return kind;
 }
 
-LANES_INLINE flow_place place_of(const block *block, const double (*points)[3], const uint32_t *index, size_t first,
-                                 size_t n, int sky)
+/* The work to do next, where no trial waits for a free lane: what fills the lanes; otherwise what takes least and may lead
+ * to more. */
+static int next_work(const pool *pool)
+{
+  const queues *q = &pool->waiting;
+  if (pool->air.busy == LANES) return WORK_FLY;
+  if (q->count[WORK_JUDGE] >= LANES) return WORK_JUDGE;
+  const int guess = find_guess(q, LANES);
+  if (guess < WORK_LANE) return guess;
+  if (q->count[WORK_JUDGE]) return WORK_JUDGE;
+  if (pool->air.busy) return WORK_FLY;
+  return q->guesses ? find_guess(q, 1) : WORK_NONE;
+}
+
+LANES_INLINE flow_place place_of(const pool *pool, const double (*points)[3], const uint32_t *pairs, size_t n, int sky)
 {
   lanes x[3];
   flow_place place;
-  lanes_load_rows(points, index, first, n, x);
+  lanes_load_rows(points, pairs, 0, n, x);
   if (sky) {
     const lanes length = lanes_sqrt(lanes_dot(x, x));
     for (int k = 0; k < 3; k++) place.n[k] = x[k] / length;
@@ -93,9 +116,9 @@ LANES_INLINE flow_place place_of(const block *block, const double (*points)[3], 
     return place;
   }
   kerr_place at;
-  for (int k = 0; k < 3; k++) x[k] /= block->mass;
-  place.w = kerr_place_at(&block->space, x, &at);
-  place.above = 1 / place.w - block->space.outer;
+  for (int k = 0; k < 3; k++) x[k] /= pool->mass;
+  place.w = kerr_place_at(&pool->space, x, &at);
+  place.above = 1 / place.w - pool->space.outer;
   place.n[0] = at.sin_theta * at.cos_phi, place.n[1] = at.sin_theta * at.sin_phi, place.n[2] = at.cos_theta;
   const lanes length = lanes_sqrt(lanes_dot(place.n, place.n));
   for (int k = 0; k < 3; k++) place.n[k] /= length;
@@ -116,13 +139,12 @@ LANES_INLINE void scene_direction(const flow_hole *hole, const flow_place *at, c
   for (int k = 0; k < 3; k++) out[k] /= length;
 }
 
-/* What the aimed rays of lanes that are done are; lane i is pair pairs[i]. */
-static void report(block *block, const aim_task *t, const aim_shot *shot, const aim_result *result, const uint32_t *pairs,
-                   int order)
+/* What the aimed rays of lanes that are done are; lane i belongs to searches[i]. */
+static void report(pool *pool, const aim_task *t, const aim_shot *shot, const aim_result *result, const uint32_t *searches)
 {
   const flow_hole hole = flow_hole_of(t->spin);
   const flow_ray *ray = &shot->ray;
-  const int sky = block->request->sky;
+  const int sky = pool->request->sky;
   const lanes E = ray->energy.value, width = sky ? lanes_all(1) : t->b.w * t->b.w;
   lanes launch[3], components[3], arrival[3], local = E;
   scene_direction(&hole, &t->a, result->aimed.d, launch);
@@ -146,9 +168,10 @@ static void report(block *block, const aim_task *t, const aim_shot *shot, const 
   const lanes_mask done = result->found | result->lost;
   for (int i = 0; i < LANES; i++) {
     if (!done[i]) continue;
-    const int good = result->error[i] <= block->request->tolerance;
+    const int good = result->error[i] <= pool->request->tolerance;
     const bent_connection_status met = good ? ring[i] ? BENT_CONNECTION_RING : BENT_CONNECTION_MET : BENT_CONNECTION_COARSE;
-    found_image *image = &block->images[order][pairs[i]];
+    search *search = &pool->searches[searches[i]];
+    found_image *image = &search->images[search->order];
     *image = (found_image){.status = sound[i] ? met : BENT_CONNECTION_FAILED, .spread = spread[i],
                            .frequency_ratio = 1 / local[i], .swept = sound[i] ? ray->swept[i] : t->swept[i],
                            .error = result->error[i]};
@@ -156,30 +179,38 @@ static void report(block *block, const aim_task *t, const aim_shot *shot, const 
   }
 }
 
-/* Guesses for n <= LANES pairs, by their next rule. */
-static void guess(block *block, const uint32_t *pairs, size_t n, int order, int attempt, queue queues[WORK_KINDS])
+/* A search, lane `lane` of t, whose next trial is launched. */
+static void wait_for_lane(pool *pool, const aim_task *t, const aim_flight *flight, int lane, uint32_t search)
 {
-  aim_task t;
-  memset(&t, 0, sizeof t);
-  t.a = place_of(block, block->a, pairs, 0, n, 0);
-  t.b = place_of(block, block->b, pairs, 0, n, block->request->sky);
-  t.sky = (lanes)lanes_mask_all(block->request->sky);
-  t.spin = lanes_all(block->space.spin);
-  guess_first(order, &GUESS_RULES[attempt], &t);
-  for (size_t i = 0; i < n; i++) {
-    aim_save(&t, (int)i, &block->searches[pairs[i]]);
-    block->attempt[pairs[i]] = attempt + 1;
-    enter(&queues[WORK_TRIAL], pairs[i], t.swept[i]);
-  }
+  aim_save(t, AIM_WORDS, lane, pool->aims[search].task);
+  aim_save(flight, AIM_FLIGHT_WORDS, lane, pool->aims[search].flight);
+  enter(&pool->waiting, search, WORK_LANE);
 }
 
-/* Whether an image is one of the pair's earlier ones once more. */
-static int is_known(const block *block, size_t pair, int order)
+/* Guesses for n <= LANES searches for images of the same order, by the same rule. */
+static void guess(pool *pool, const uint32_t *searches, size_t n)
 {
-  const found_image *image = &block->images[order][pair];
+  const search *any = &pool->searches[searches[0]];
+  uint32_t pairs[LANES];
+  for (size_t i = 0; i < n; i++) pairs[i] = pool->searches[searches[i]].pair;
+  aim_task t;
+  memset(&t, 0, sizeof t);
+  t.a = place_of(pool, pool->a, pairs, n, 0);
+  t.b = place_of(pool, pool->b, pairs, n, pool->request->sky);
+  t.sky = (lanes)lanes_mask_all(pool->request->sky);
+  t.spin = lanes_all(pool->space.spin);
+  guess_first(any->order, &GUESS_RULES[any->attempt], &t);
+  aim_flight flight;
+  aim_launch(&t, &flight);
+  for (size_t i = 0; i < n; i++) wait_for_lane(pool, &t, &flight, (int)i, searches[i]);
+}
+
+/* Whether the last image is an earlier one once more. */
+static int is_known(const search *search)
+{
+  const found_image *image = &search->images[search->order];
   if (image->status == BENT_CONNECTION_RING) return 0;
-  for (int k = 0; k < order; k++) {
-    const found_image *other = &block->images[k][pair];
+  for (const found_image *other = search->images; other < image; other++) {
     double apart = 0;
     for (int i = 0; i < 3; i++) apart = fmax(apart, fabs(image->launch[i] - other->launch[i]));
     if (other->status != BENT_CONNECTION_FAILED && apart < SAME && fabs(image->swept - other->swept) < 1) return 1;
@@ -187,56 +218,12 @@ static int is_known(const block *block, size_t pair, int order)
   return 0;
 }
 
-/* A search has ended: by the next rule, if there is one, an image that was not found is looked for again. */
-static void conclude(block *block, uint32_t pair, int order, queue queues[WORK_KINDS])
+static void store(const pool *pool, const found_image *image, size_t at)
 {
-  found_image *image = &block->images[order][pair];
-  if (is_known(block, pair, order)) image->status = BENT_CONNECTION_FAILED;
-  const int attempts = order < 2 ? GUESS_ATTEMPTS : GUESS_ATTEMPTS_FAINT;
-  if (image->status == BENT_CONNECTION_FAILED && block->attempt[pair] < attempts)
-    enter(&queues[WORK_GUESS + block->attempt[pair]], pair, 0);
-}
-
-/* A trial of n <= LANES pairs. */
-static void aim(block *block, const uint32_t *pairs, size_t n, int order, queue queues[WORK_KINDS])
-{
-  aim_task t;
-  aim_shot shot;
-  for (size_t i = 0; i < LANES; i++) /* idle lanes hold valid numbers */
-    aim_load(&t, (int)i, &block->searches[pairs[i < n ? i : 0]]);
-  const lanes_mask busy = lanes_mask_from_bits((1u << n) - 1);
-  const aim_result result = aim_try(&t, block->request->tolerance, busy, &shot);
-  const lanes_mask done = result.found | result.lost;
-  if (lanes_any(done)) report(block, &t, &shot, &result, pairs, order);
-  for (size_t i = 0; i < n; i++) {
-    if (done[i]) {
-      conclude(block, pairs[i], order, queues);
-      continue;
-    }
-    aim_save(&t, (int)i, &block->searches[pairs[i]]);
-    enter(&queues[WORK_TRIAL], pairs[i], result.steps[i]);
-  }
-}
-
-/* Image `order` of the pairs wanted[0 .. n-1], by as many attempts as it takes. */
-static void find_images(block *block, const uint32_t *wanted, size_t n, int order)
-{
-  queue queues[WORK_KINDS];
-  for (int kind = 0; kind < WORK_KINDS; kind++) clear(&queues[kind]);
-  for (size_t k = 0; k < n; k++) enter(&queues[WORK_GUESS], wanted[k], 0);
-  for (int kind; (kind = next_work(queues)) >= 0;) {
-    uint32_t pairs[LANES];
-    const size_t count = leave(&queues[kind], pairs);
-    if (kind < WORK_TRIAL) guess(block, pairs, count, order, kind - WORK_GUESS, queues);
-    else aim(block, pairs, count, order, queues);
-  }
-}
-
-static void store(const block *block, const found_image *image, size_t at, const bent_connections *out,
-                  bent_connection_count *count)
-{
+  const bent_connections *out = pool->out;
+  bent_connection_count *count = pool->count;
   const int none = image->status == BENT_CONNECTION_NONE, known = !none && image->status != BENT_CONNECTION_FAILED;
-  const double area = block->request->sky ? 1 : block->mass * block->mass;
+  const double area = pool->request->sky ? 1 : pool->mass * pool->mass;
   size_t *const counters[] = {&count->none, &count->met, &count->ring, &count->coarse, &count->failed};
   ++*counters[image->status];
   if (out->status) out->status[at] = (uint8_t)image->status;
@@ -250,36 +237,121 @@ static void store(const block *block, const found_image *image, size_t at, const
   }
 }
 
+static void store_all(const pool *pool, const search *search)
+{
+  const size_t images = pool->request->max_images;
+  for (size_t k = 0; k < images; k++) store(pool, &search->images[k], search->pair * images + k);
+}
+
+/* Takes up a pair, by search `at` of the pool. */
+static void start(pool *pool, uint32_t at, uint32_t pair)
+{
+  search *search = &pool->searches[at];
+  search->pair = pair, search->order = search->attempt = 0, search->sum = 0;
+  for (size_t k = 0; k < pool->request->max_images; k++) search->images[k].status = BENT_CONNECTION_NONE;
+  enter_guess(pool, at);
+}
+
+/* An aim has ended. An image that was not found is looked for again, by the next rule, if there is one; then the next
+ * image, unless the last was too faint. Returns whether there is none. */
+static int conclude(pool *pool, uint32_t at)
+{
+  search *search = &pool->searches[at];
+  found_image *image = &search->images[search->order];
+  if (is_known(search)) image->status = BENT_CONNECTION_FAILED;
+  const int failed = image->status == BENT_CONNECTION_FAILED;
+  const int attempts = search->order < 2 ? GUESS_ATTEMPTS : GUESS_ATTEMPTS_FAINT;
+  const double share = failed ? 0 : 1 / fmax(image->spread, 1e-300);
+  const int again = failed && ++search->attempt < attempts;
+  const int faint = !failed && share < pool->request->min_share * search->sum;
+  if (faint) image->status = BENT_CONNECTION_NONE;
+  if (!again) search->sum += share, search->attempt = 0, search->order++;
+  if (faint || search->order == (int)pool->request->max_images) return 1;
+  enter_guess(pool, at);
+  return 0;
+}
+
+/* Judges the trials of n <= LANES searches; those whose pairs are done come to the front. Returns how many. */
+static size_t judge(pool *pool, uint32_t searches[LANES], size_t n)
+{
+  aim_task t;
+  aim_flight flight;
+  aim_shot shot;
+  const double *tasks[LANES], *flights[LANES];
+  for (size_t i = 0; i < LANES; i++) { /* idle lanes hold valid numbers */
+    const aim_record *from = &pool->aims[searches[i < n ? i : 0]];
+    tasks[i] = from->task, flights[i] = from->flight;
+  }
+  aim_load_all(&t, AIM_WORDS, tasks), aim_load_all(&flight, AIM_FLIGHT_WORDS, flights);
+  const lanes_mask busy = lanes_mask_from_bits((1u << n) - 1);
+  const aim_result result = aim_judge(&t, &flight, pool->request->tolerance, busy, &shot);
+  const lanes_mask ended = result.found | result.lost;
+  if (lanes_any(ended)) report(pool, &t, &shot, &result, searches);
+  aim_launch(&t, &flight);
+  size_t done = 0;
+  for (size_t i = 0; i < n; i++) {
+    const uint32_t search = searches[i];
+    if (!ended[i]) wait_for_lane(pool, &t, &flight, (int)i, search);
+    else if (conclude(pool, search)) searches[done++] = search;
+  }
+  return done;
+}
+
+/* Trials that wait take the free lanes. */
+static void board(pool *pool)
+{
+  air *air = &pool->air;
+  for (int i = 0; i < LANES && pool->waiting.count[WORK_LANE]; i++) {
+    if (air->taken[i]) continue;
+    const uint32_t search = leave(&pool->waiting, WORK_LANE);
+    aim_load(&air->flight, AIM_FLIGHT_WORDS, i, pool->aims[search].flight);
+    air->searches[i] = search, air->taken[i] = 1, air->busy++;
+  }
+}
+
+/* A step of all trials on their way. */
+static void fly(pool *pool)
+{
+  air *air = &pool->air;
+  aim_fly(&air->flight, FLOW_TURNS);
+  for (int i = 0; i < LANES; i++) {
+    if (!air->taken[i] || air->flight.open[i]) continue;
+    aim_save(&air->flight, AIM_FLIGHT_WORDS, i, pool->aims[air->searches[i]].flight);
+    enter(&pool->waiting, air->searches[i], WORK_JUDGE);
+    air->taken[i] = 0, air->busy--;
+  }
+}
+
 void BENT_KERNEL(bent_connect_kerr)(const bent_spacetime *spacetime, size_t n, const double (*a)[3], const double (*b)[3],
                                     const connect_request *request, const bent_connections *out,
                                     bent_connection_count *count)
 {
   const bent_spacetime unit = {.kind = BENT_KERR, .chart = BENT_CHART_OBLATE, .mass = 1,
                                .spin = spacetime->spin / spacetime->mass};
-  block block; /* too large to be cleared each time */
-  block.request = request, block.mass = spacetime->mass, block.space = arc_space_make(&unit);
-  block.a = a, block.b = b;
-  for (size_t order = 0; order < request->max_images; order++)
-    for (size_t i = 0; i < n; i++) block.images[order][i].status = BENT_CONNECTION_NONE;
-  uint32_t wanted[CONNECT_BLOCK];
-  double sum[CONNECT_BLOCK] = {0};
-  size_t open = n;
-  for (size_t i = 0; i < n; i++) wanted[i] = (uint32_t)i;
-  for (int order = 0; order < (int)request->max_images; order++) {
-    find_images(&block, wanted, open, order);
-    size_t kept = 0;
-    for (size_t k = 0; k < open; k++) {
-      found_image *image = &block.images[order][wanted[k]];
-      const double share = image->status == BENT_CONNECTION_FAILED ? 0 : 1 / fmax(image->spread, 1e-300);
-      if (image->status != BENT_CONNECTION_FAILED && share < request->min_share * sum[wanted[k]]) {
-        image->status = BENT_CONNECTION_NONE;
-        continue;
-      }
-      sum[wanted[k]] += share;
-      wanted[kept++] = wanted[k];
+  pool pool; /* too large to be cleared each time */
+  pool.request = request, pool.mass = spacetime->mass, pool.space = arc_space_make(&unit);
+  pool.a = a, pool.b = b, pool.out = out, pool.count = count;
+  memset(&pool.waiting, 0, sizeof pool.waiting), memset(&pool.air, 0, sizeof pool.air);
+  uint32_t pairs = 0; /* that have been taken up */
+  for (; pairs < n && pairs < POOL; pairs++) start(&pool, pairs, pairs);
+  for (int kind;;) {
+    board(&pool);
+    if ((kind = next_work(&pool)) == WORK_NONE) return;
+    if (kind == WORK_FLY) {
+      fly(&pool);
+      continue;
     }
-    open = kept;
-    for (size_t i = 0; i < n; i++)
-      store(&block, &block.images[order][i], i * request->max_images + (size_t)order, out, count);
+    uint32_t searches[LANES];
+    size_t present = 0;
+    while (present < LANES && pool.waiting.count[kind]) searches[present++] = leave(&pool.waiting, kind);
+    if (kind < WORK_LANE) {
+      guess(&pool, searches, present);
+      continue;
+    }
+    const size_t done = judge(&pool, searches, present);
+    for (size_t i = 0; i < done; i++) {
+      store_all(&pool, &pool.searches[searches[i]]);
+      if (pairs < n) start(&pool, searches[i], pairs++);
+    }
   }
 }

@@ -2,9 +2,9 @@
 #include "bentlight/sphere.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
+#include "base/aligned.h"
 #include "bentlight/table.h"
 #include "table/map.h"
 #include "table/sphere_data.h"
@@ -33,7 +33,7 @@ bent_status bent_sphere_new(const bent_spacetime *spacetime, double radius, bent
   if (!bent_sphere_is_tabulated(spacetime, radius))
     return bent_fail(error, BENT_ERROR_ARGUMENT, "lens sphere: there is no table for radius %g around this spacetime "
                      "(Schwarzschild from r = 4 M, Ellis from l = rho / 4, up to 1e6 times that)", radius);
-  bent_sphere *sphere = aligned_alloc(64, (sizeof *sphere + 63) / 64 * 64);
+  bent_sphere *sphere = aligned_new(sizeof *sphere);
   if (!sphere) return bent_fail(error, BENT_ERROR_MEMORY, "out of memory for the table of a lens sphere");
   memset(sphere, 0, sizeof *sphere);
   const double x = position_of(spacetime, radius);
@@ -60,7 +60,7 @@ bent_status bent_sphere_new(const bent_spacetime *spacetime, double radius, bent
   return BENT_OK;
 }
 
-void bent_sphere_free(bent_sphere *sphere) { free(sphere); }
+void bent_sphere_free(bent_sphere *sphere) { aligned_release(sphere); }
 
 bent_sphere_error bent_sphere_measured(const bent_sphere *sphere) { return sphere->measured; }
 

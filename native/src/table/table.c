@@ -2,9 +2,9 @@
 #include "bentlight/table.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
+#include "base/aligned.h"
 #include "table/table_data.h"
 
 bent_status bent_table_new(const bent_spacetime *spacetime, bent_table **out, bent_error *error)
@@ -13,7 +13,7 @@ bent_status bent_table_new(const bent_spacetime *spacetime, bent_table **out, be
   if (!is_ellis && !(spacetime->kind == BENT_SCHWARZSCHILD && spacetime->mass > 0))
     return bent_fail(error, BENT_ERROR_ARGUMENT,
                      "spacetime: tables exist for Schwarzschild (mass > 0) and Ellis; Kerr has maps at a fixed radius");
-  bent_table *table = aligned_alloc(64, (sizeof *table + 63) / 64 * 64);
+  bent_table *table = aligned_new(sizeof *table);
   if (!table) return bent_fail(error, BENT_ERROR_MEMORY, "out of memory for a deflection table");
   memset(table, 0, sizeof *table);
   table->spacetime = *spacetime;
@@ -24,7 +24,7 @@ bent_status bent_table_new(const bent_spacetime *spacetime, bent_table **out, be
   return BENT_OK;
 }
 
-void bent_table_free(bent_table *table) { free(table); }
+void bent_table_free(bent_table *table) { aligned_release(table); }
 
 size_t bent_table_rows(const bent_table *table) { return table->sides * TABLE_OCTAVES + TABLE_X_CELLS; }
 
