@@ -4,9 +4,9 @@ import atexit
 
 import bpy
 
-from . import compatibility, cycles, engine, operators, properties, ui
+from . import changes, checks, compatibility, cycles, engine, farm, operators, overlay, persistent, properties, ui
 
-_MODULES = (properties, operators, cycles, engine, ui, compatibility)
+_MODULES = (properties, changes, checks, operators, cycles, engine, farm, persistent, ui, overlay, compatibility)
 _registered: list = []  # what unregister has to undo, in order
 
 

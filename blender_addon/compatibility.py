@@ -18,15 +18,20 @@ _EXCLUDED = {
     "MATERIAL_PT_freestyle_line",
 }
 
-# Written for EEVEE, and exactly what a node-based engine needs.
+# Written for EEVEE or Cycles, and exactly what a node-based engine needs.
 _BORROWED = {
     "DATA_PT_EEVEE_light",
+    "DATA_PT_camera_dof",
+    "DATA_PT_camera_dof_aperture",
     "EEVEE_MATERIAL_PT_context_material",
     "EEVEE_MATERIAL_PT_surface",
     "EEVEE_WORLD_PT_surface",
     "MATERIAL_PT_preview",
     "NODE_DATA_PT_EEVEE_light",
     "VIEWLAYER_PT_layer_passes",
+    "VIEWLAYER_PT_layer_passes_aov",
+    "VIEWLAYER_PT_layer_passes_cryptomatte",
+    "VIEWLAYER_PT_layer_passes_lightgroups",
     "VIEWLAYER_PT_override",
 }
 

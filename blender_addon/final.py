@@ -14,11 +14,19 @@ import bentlight_native
 import bpy
 import numpy as np
 
-from . import memory, passes
+from . import farm, memory, passes
+from .moments import Moments
+from .persistent import kept_by
 from .properties import check_range
+from .recording import Recording
 from .report import RenderError, Reporter
 from .session import FinishedTile, Session, StarLight, Tile, spiral_tiles
+from .sync import labels
 from .sync.camera import image_size, read_camera
+from .sync.change import update_scene
+from .sync.cryptomatte import metadata
+from .sync.fingerprint import fingerprint
+from .sync.memory import Memory
 from .sync.native import build_scene
 from .sync.objects import read_scene
 from .sync.scene_data import CameraData, SceneData
@@ -26,6 +34,7 @@ from .sync.spacetime import influence_radii
 
 log = logging.getLogger(__name__)
 T = TypeVar("T")
+_Shown = tuple[bentlight_native.Scene, StarLight | None]
 
 _POLL = 0.05  # seconds between looks at the user's wish to stop
 _STATUS_INTERVAL = 0.5  # seconds between status lines
@@ -54,6 +63,7 @@ def render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> No
         text = f"{failure}" if expected and str(failure) else f"{type(failure).__name__}: {failure}"
         reporter.error(f"Bentlight: {text}")
         engine.error_set(f"Bentlight: {text}")
+        farm.fail(text)
 
 
 def _views(scene: bpy.types.Scene) -> list[str]:
@@ -68,9 +78,14 @@ def _border(render: bpy.types.RenderSettings) -> tuple[int, int, int, int]:
     width, height = image_size(render)
     if not render.use_border:
         return 0, 0, width, height
-    left, right = int(render.border_min_x * width), int(render.border_max_x * width)
-    bottom, top = int(render.border_min_y * height), int(render.border_max_y * height)
+    left, right = (_border_pixel(part, width) for part in (render.border_min_x, render.border_max_x))
+    bottom, top = (_border_pixel(part, height) for part in (render.border_min_y, render.border_max_y))
     return left, bottom, right - left, top - bottom
+
+
+def _border_pixel(part: float, size: int) -> int:
+    """Blender multiplies in single precision, where a third of 48 is 16."""
+    return int(np.float32(part) * np.float32(size))
 
 
 def render_settings(
@@ -114,6 +129,7 @@ def render_settings(
         light_sampling=user.light_sampling if user.integrator == "PATH" else "BOTH",
         portal_sampling=user.portal_sampling,
         light_threshold=user.light_threshold,
+        **passes.render_settings(scene, view_layer),
     )
 
 
@@ -130,48 +146,95 @@ class _ViewRender:
     ) -> None:
         self._engine = engine
         self._depsgraph = depsgraph
-        self._scene = depsgraph.scene_eval
-        self._view_layer = depsgraph.view_layer_eval
         self._reporter = reporter
         self._view = view
         self._passes = passes.enabled(self._view_layer)
+        self._channels = [name for item in self._passes for name in item.channels]
         self._border = _border(self._scene.render)
+        self._job = farm.Job() if engine.is_preview else farm.job()
+        self._window = self._job.window_of(self._border)
         self._next_status = 0.0
+        self._kept = kept_by(engine, self._scene)
+        self._moments = Moments(
+            engine, depsgraph, self._read, self._kept.memory(self._view_layer.name, depsgraph.updates)
+        )
+        self._data: SceneData | None  # what the native scene shows
+        self._native: bentlight_native.Scene | None
+        self._native, self._data = self._kept.take(self._view_layer.name, view)
+
+    @property
+    def _scene(self) -> bpy.types.Scene:
+        """As evaluated; Blender frees it, and the next, when it moves on to another moment."""
+        return self._depsgraph.scene_eval
+
+    @property
+    def _view_layer(self) -> bpy.types.ViewLayer:
+        return self._depsgraph.view_layer_eval
 
     def run(self) -> None:
         if self._view:
             self._engine.active_view_set(self._view)
         self._engine.update_stats("", "Reading the scene")
         self._add_passes()
+        try:
+            self._render()
+            self._kept.keep(self._view_layer.name, self._view, self._native, self._data)
+        finally:
+            self._moments.end()
+            del self._moments  # which holds this: the engine must not live on
+
+    def _render(self) -> None:
+        settings = render_settings(self._scene, self._view_layer, self._engine.is_preview)
+        data = self._moments.begin(self._reporter, settings, self._job.part_of(settings, self._reporter))
+        if data is None or not self._build(data):
+            self._write_nothing()
+            return
+        settings = self._possible(settings)
+        if self._moments.slices:  # where bending compresses the picture changes from moment to moment
+            settings = replace(settings, photon_ring_samples=1)
+        stars = self._find_stars(settings)
+        if self._engine.test_break():
+            self._write_nothing()
+            return
+        self._render_tiles(settings, stars)
+        self._describe_mattes()
+
+    def _read(self, reporter: Reporter, memory: Memory) -> SceneData | None:
         studio, should_stop = self._engine.is_preview, self._engine.test_break
-        data = read_scene(self._depsgraph, self._read_camera(), self._reporter, studio, should_stop)
-        native = self._build(data) if data else None
-        if native is None or should_stop():
-            self._write_nothing()
-            return
-        settings = self._possible(render_settings(self._scene, self._view_layer, self._engine.is_preview), native)
-        stars = self._find_stars(data, native, settings)
-        if should_stop():
-            self._write_nothing()
-            return
-        self._render_tiles(native, settings, stars)
+        return read_scene(self._depsgraph, self._read_camera(), reporter, studio, should_stop, memory=memory)
+
+    def _move(self, moment: int, settings: bentlight_native.RenderSettings) -> _Shown | None:
+        """The native scene of another moment and its stars; None if the user gave up."""
+        data = self._moments.move(moment)
+        if data is None or not self._build(data):
+            return None
+        stars = self._find_stars(settings)
+        return None if self._engine.test_break() else (self._native, stars)
 
     def _add_passes(self) -> None:
         for item in self._passes:
             if not item.builtin:
                 self._engine.add_pass(item.name, item.width, item.components, layer=self._view_layer.name)
 
+    def _matte_metadata(self) -> dict[str, str]:
+        """Cryptomatte's manifests, for the picture's file."""
+        found: dict[str, str] = {}
+        for kind in passes.wanted_mattes(self._view_layer):
+            layer = f"{self._view_layer.name}.Crypto{kind.capitalize()}"
+            found |= metadata(layer, labels.matte_names(self._moments.frame, kind))
+        return found
+
+    def _describe_mattes(self) -> None:
+        for field, value in self._matte_metadata().items():
+            self._engine.get_result().stamp_data_add_field(field, value)
+
     def _read_camera(self) -> CameraData:
-        camera = self._engine.camera_override or self._scene.camera
+        camera = self._moments.camera
         if camera is None:
             raise RenderError("No camera: the scene needs an active camera")
         camera = camera.evaluated_get(self._depsgraph)
         if camera.type != "CAMERA":
             raise RenderError(f"Camera '{camera.name}' is not a camera object")
-        if camera.data.dof.use_dof:
-            self._reporter.warn(f"Camera '{camera.name}': depth of field is not supported yet; everything is sharp")
-        if self._scene.render.use_motion_blur:
-            self._reporter.warn("Motion blur is not supported yet; everything stands still")
         return read_camera(
             camera,
             self._scene.render,
@@ -179,10 +242,9 @@ class _ViewRender:
             self._engine.camera_shift_x(camera),
         )
 
-    def _find_stars(
-        self, data: SceneData, native: bentlight_native.Scene, settings: bentlight_native.RenderSettings
-    ) -> StarLight | None:
+    def _find_stars(self, settings: bentlight_native.RenderSettings) -> StarLight | None:
         """Where the camera sees the world's stars; None if there are none, or the user gave up."""
+        data, native = self._data, self._native
         if data.stars is None:
             return None
         if not native.shows_stars():
@@ -204,13 +266,21 @@ class _ViewRender:
                 threads=self._scene.render.threads,
                 progress=progress,
             )
-            return StarLight(images, images.light(data.stars.irradiance))
+            group = labels.group_index(data.world_group, passes.light_groups(self._view_layer))
+            return StarLight(images, images.light(data.stars.irradiance), group)
 
         return self._on_a_thread(find)
 
-    def _build(self, data: SceneData) -> bentlight_native.Scene | None:
-        """The native scene; None if the user gave up."""
-        return self._on_a_thread(lambda progress: build_scene(data, progress))
+    def _build(self, data: SceneData) -> bool:
+        """Makes the native scene show this, by as few edits as it takes. False if the user gave up."""
+        native, old = self._native, self._data
+        self._native, self._data = None, data
+        self._native = self._on_a_thread(
+            lambda progress: update_scene(native, old, data, progress) if native else build_scene(data, progress)
+        )
+        if self._native is not None:
+            labels.set_labels(self._native, data, passes.light_groups(self._view_layer))
+        return self._native is not None
 
     def _on_a_thread(self, work: Callable[[bentlight_native.Progress], T]) -> T | None:
         """What `work` returns, done on a thread of its own: who gives up need not wait for it. None if they did."""
@@ -226,35 +296,89 @@ class _ViewRender:
             return None
 
     def _tiles(self, threads: int, samples: int) -> list[Tile]:
-        largest = min(self._border[2] * self._border[3] / (threads * _TILES_PER_THREAD), _TILE_PATHS / samples)
+        largest = min(self._window[2] * self._window[3] / (threads * _TILES_PER_THREAD), _TILE_PATHS / samples)
         size = next((size for size in _TILE_SIZES if size * size <= largest), _TILE_SIZES[-1])
-        return spiral_tiles(*self._border, size)
+        return spiral_tiles(*self._window, size)
 
-    def _render_tiles(
-        self, native: bentlight_native.Scene, settings: bentlight_native.RenderSettings, stars: StarLight | None
-    ) -> None:
+    def _render_tiles(self, whole: bentlight_native.RenderSettings, stars: StarLight | None) -> None:
+        settings = self._job.part_of(whole, self._reporter)
         threads = self._scene.render.threads
-        channels = [item.channel for item in self._passes]
         tiles = self._tiles(threads, settings.sample_count)
-        limit = 0.0 if self._engine.is_preview else self._scene.bentlight.time_limit
-        session = Session(native, settings, tiles, channels, threads, limit, stars)
+        limit = self._time_limit()
+        recording = self._recording(whole, settings, tiles, stars, limit)
+        if recording and stars and self._moments.slices:
+            self._reporter.warn("Parts of pictures and checkpoints have no motion blur of stars")
+        kept = {"keeps_state": True, "begun": recording.begun, "light": recording.light} if recording else {}
+        tiles = recording.tiles if recording else tiles
+        blur = {"slices": self._moments.slices, "move": lambda moment: self._move(moment, settings)}
+        session = Session(self._native, settings, tiles, self._channels, threads, limit, stars, **kept, **blur)
         written = False
-        for finished in session.finished(_POLL):
-            if finished:
-                self._write(finished)
-                written = True
-            if self._engine.test_break():
-                session.cancel()
-            self._show_progress(session)
+        try:
+            for finished in session.finished(_POLL):
+                if finished:
+                    self._write(finished)
+                    written = True
+                if recording:
+                    if finished:
+                        recording.add(finished)
+                    recording.poll(session)
+                if self._engine.test_break():
+                    session.cancel()
+                self._show_progress(session)
+            if recording:
+                farm.remove_when_written(recording.finish(was_cancelled=self._engine.test_break()))
+        finally:
+            if recording:
+                recording.close()
         if not written:
             self._write_nothing()
 
-    def _possible(
-        self, settings: bentlight_native.RenderSettings, native: bentlight_native.Scene
-    ) -> bentlight_native.RenderSettings:
+    def _time_limit(self) -> float:
+        """Seconds; 0 if there is none."""
+        limit = 0.0 if self._engine.is_preview else self._scene.bentlight.time_limit
+        if limit and self._job.is_part:
+            self._reporter.warn("Parts of a picture take all their samples: the time limit is off")
+            return 0.0
+        return limit
+
+    def _recording(
+        self,
+        whole: bentlight_native.RenderSettings,
+        settings: bentlight_native.RenderSettings,
+        tiles: list[Tile],
+        stars: StarLight | None,
+        limit: float,
+    ) -> Recording | None:
+        """What keeps a part of the picture, or its checkpoint; None if nothing asks for that."""
+        if not (self._job.is_part or self._job.resume):
+            return None
+        names = tuple(dict.fromkeys((*self._channels, "sample_count")))
+        picture = bentlight_native.Picture(
+            layer=self._view_layer.name,
+            view=self._view,
+            frame=self._moments.number,
+            settings=replace(whole, noise_threshold=settings.noise_threshold),
+            window=self._border,
+            is_cropped=not self._scene.render.use_border or self._scene.render.use_crop_to_border,
+            names=names,
+            passes=tuple(
+                bentlight_native.PassPlan(p.name, p.components, p.channel, p.first, p.color) for p in self._passes
+            ),
+            scene=fingerprint([self._moments.frame, self._moments.times]),
+            star_group=stars.group if stars else -1,
+            metadata=self._matte_metadata(),
+        )
+        path = farm.stem(self._depsgraph.scene, self._moments.number, self._view_layer.name, self._view)
+        order = fingerprint([self._data, self._moments.slices, bool(limit)])
+        return Recording(self._job, path, picture, settings, self._window, tiles, stars, order)
+
+    def _possible(self, settings: bentlight_native.RenderSettings) -> bentlight_native.RenderSettings:
         """The settings, but with light followed from the camera alone where the scene does not allow otherwise."""
-        obstacle = native.bidirectional_obstacle() if settings.integrator == "BIDIRECTIONAL" else None
-        if obstacle is None:
+        if settings.integrator != "BIDIRECTIONAL":
+            return settings
+        parts = passes.tell_light_apart(self._passes)
+        obstacle = self._native.bidirectional_obstacle() or (parts and f"the pass '{parts[0].name}' tells light apart")
+        if not obstacle:
             return settings
         self._reporter.warn(f"Bidirectional is not possible, light is followed from the camera alone: {obstacle}")
         return replace(settings, integrator="PATH")
@@ -274,7 +398,7 @@ class _ViewRender:
             raise RenderError("Blender's render result does not have the expected size")
         try:
             for item, target in passes.result_passes(result.layers[0], self._passes, self._view):
-                target.rect.foreach_set(finished.channels[item.channel].reshape(-1))
+                target.rect.foreach_set(item.values(finished.channels).reshape(-1))
         finally:
             self._engine.end_result(result)
 

@@ -5,13 +5,15 @@ from collections.abc import Iterable
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
+from .properties_accuracy import AccuracyProperties
 from .properties_disk import BentlightDiskSettings
+from .properties_object import BentlightObjectSettings
+from .properties_overlay import BentlightOverlaySettings
 from .properties_stars import BentlightWorldSettings
 from .report import RenderError
-from .sync import spacetime
 
 
-class BentlightSceneSettings(bpy.types.PropertyGroup):
+class BentlightSceneSettings(AccuracyProperties, bpy.types.PropertyGroup):
     """scene.bentlight: how to render."""
 
     integrator: EnumProperty(
@@ -31,11 +33,21 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
     )
     samples: IntProperty(
         name="Samples",
-        description="Paths per pixel. Four times the samples halve the noise",
+        description=(
+            "Paths per pixel, 1 and more. 64: grainy, 1000: nearly clean. Four times the samples halve the noise"
+        ),
         min=1,
         max=1 << 24,
         soft_max=4096,
         default=128,
+    )
+    preview_samples: IntProperty(
+        name="Viewport Samples",
+        description="Paths per pixel in the viewport, which shows what it has so far, 1 and more. 0: it never stops",
+        min=0,
+        max=1 << 24,
+        soft_max=4096,
+        default=1024,
     )
     use_adaptive_sampling: BoolProperty(
         name="Noise Threshold",
@@ -44,7 +56,10 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
     )
     adaptive_threshold: FloatProperty(
         name="Noise Threshold",
-        description="Noise at which a pixel gets no more samples, measured as in Cycles. Smaller is cleaner and slower",
+        description=(
+            "Noise at which a pixel gets no more samples, measured as in Cycles, from 0.0001 to 1. 0.1: grainy, 0.01: "
+            "clean. Smaller is cleaner and slower"
+        ),
         min=1e-4,
         max=1.0,
         default=0.01,
@@ -52,7 +67,7 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
     )
     adaptive_min_samples: IntProperty(
         name="Min Samples",
-        description="Samples that every pixel gets at least. 0: chosen by the noise threshold",
+        description="Samples that every pixel gets at least, up to 4096. 0: chosen by the noise threshold",
         min=0,
         max=4096,
         default=0,
@@ -61,21 +76,34 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
         name="Relay Parts",
         description=(
             "Relay camera in Cycles: each pixel is cut into this many parts in each direction, with a curved ray for "
-            "every part; where the image is compressed, into five times as many"
+            "every part; where the image is compressed, into five times as many. From 1 to 16"
         ),
         min=1,
         max=16,
         default=4,
     )
+    motion_slices: IntProperty(
+        name="Slices",
+        description=(
+            "The time that the shutter is open is cut into this many slices, from 2 to 1024 but not more than there "
+            "are samples, and in each the scene stands as it does then. What moves by more pixels shows ghosts. Each "
+            "takes time to set up"
+        ),
+        min=2,
+        max=1024,
+        soft_max=256,
+        default=64,
+    )
     relay_slices: IntProperty(
         name="Shutter Slices",
         description=(
             "Relay camera in Cycles, with motion blur: the time that the shutter is open is cut into this many "
-            "slices, with curved rays for each. All of them together have at least as many rays as a still picture"
+            "slices, from 2 to 64, with curved rays for each. All of them together have at least as many rays as a "
+            "still picture"
         ),
         min=2,
         max=64,
-        default=8,
+        default=4,
     )
     gravitational: FloatProperty(
         name="Gravitational",
@@ -94,7 +122,7 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
         description=(
             "Most samples that a pixel takes where others take one. Near the edge of a black hole's shadow, and in a "
             "wormhole's mouth, a pixel sees much of the scene at once: it takes the more samples the farther its rays "
-            "are spread. 1: all pixels take as many"
+            "are spread. From 1, all pixels take as many, to 64"
         ),
         min=1,
         max=64,
@@ -115,7 +143,8 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
     time_limit: FloatProperty(
         name="Time Limit",
         description=(
-            "Stop taking samples after this time. The picture is whole, with as many samples everywhere but where the "
+            "Stop taking samples after this time, in seconds. The picture is whole, with as many samples everywhere "
+            "but where the "
             "noise threshold needs fewer. 0: no limit"
         ),
         min=0.0,
@@ -140,7 +169,7 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
     )
     seed: IntProperty(
         name="Seed",
-        description="Another seed gives another pattern of noise",
+        description="Another seed, 0 and more, gives another pattern of noise of the same strength",
         min=0,
         default=0,
         options={"ANIMATABLE"},
@@ -148,11 +177,13 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
     tolerance: FloatProperty(
         name="Ray Tolerance",
         description=(
-            "Largest error of a ray's direction, in radians; a tenth of a pixel where that is smaller. "
-            "Smaller is slower"
+            "Largest error of a ray's direction, in radians, from 1e-12 to 0.1; a tenth of a pixel where that is "
+            "smaller. Smaller is slower"
         ),
         min=1e-12,
         max=0.1,
+        soft_min=1e-8,
+        soft_max=0.01,
         default=1e-4,
         precision=6,
         step=0.01,
@@ -196,7 +227,11 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
     )
     max_bounces: IntProperty(
         name="Max Bounces",
-        description="How often light may be scattered on its way to the camera; 0 shows only what shines by itself",
+        description=(
+            "How often light may be scattered on its way to the camera, from 0, which shows only what shines by "
+            "itself, "
+            "to 1024. 12 is enough for most rooms"
+        ),
         min=0,
         max=1024,
         soft_max=32,
@@ -204,7 +239,9 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
     )
     transparent_bounces: IntProperty(
         name="Transparent",
-        description="How many transparent surfaces a ray may pass straight through; the rest look black",
+        description=(
+            "How many transparent surfaces a ray may pass straight through, from 0 to 1024; the rest look black"
+        ),
         min=0,
         max=1024,
         soft_max=32,
@@ -212,14 +249,20 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
     )
     clamp_direct: FloatProperty(
         name="Clamp Direct",
-        description="Brightest light that a path may bring by its first bounce: less noise, but darker. 0: off",
+        description=(
+            "Brightest light that a path may bring by its first bounce, as a value of a pixel: less noise, but darker. "
+            "10 takes the worst dots away. 0: off"
+        ),
         min=0.0,
         soft_max=100.0,
         default=0.0,
     )
     clamp_indirect: FloatProperty(
         name="Clamp Indirect",
-        description="Brightest light that a path may bring after its first bounce: less noise, but darker. 0: off",
+        description=(
+            "Brightest light that a path may bring after its first bounce, as a value of a pixel: less noise, but "
+            "darker. 10 takes the worst dots away. 0: off"
+        ),
         min=0.0,
         soft_max=100.0,
         default=0.0,
@@ -228,7 +271,7 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
         name="Filter Glossy",
         description=(
             "Blurs reflections and refractions that are seen by way of a blurry bounce, as in Cycles: less noise, but "
-            "soft caustics. 0: off"
+            "soft caustics. From 0, off, to 10"
         ),
         min=0.0,
         max=10.0,
@@ -250,7 +293,7 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
         name="Light Threshold",
         description=(
             "Light that would bring a pixel less than this is followed by chance only: a little more noise, no bias, "
-            "and less time. 0: all light is followed"
+            "and less time. From 0, all light is followed, to 1"
         ),
         min=0.0,
         max=1.0,
@@ -272,169 +315,10 @@ class BentlightSceneSettings(bpy.types.PropertyGroup):
         description="What Use in Cycles has changed in Cycles' settings, old and new",
         options={"HIDDEN"},
     )
-
-
-def _tag(self: "BentlightObjectSettings", context: bpy.types.Context) -> None:
-    """Blender knows of no change in a setting of ours."""
-    self.id_data.update_tag()
-
-
-def _refit(self: "BentlightObjectSettings", context: bpy.types.Context) -> None:
-    """An empty is drawn as large as the horizon or throat that it stands for."""
-    obj = self.id_data
-    _tag(self, context)
-    if self.kind == "NONE" or obj.type != "EMPTY":
-        return
-    radius = spacetime.core_radius(spacetime.read_spacetime(obj, obj.matrix_world))
-    obj.empty_display_size = max(radius, 1e-4)
-
-
-def _is_other_object(self: "BentlightObjectSettings", obj: bpy.types.Object) -> bool:
-    return obj != self.id_data
-
-
-def _link_back(self: "BentlightObjectSettings", context: bpy.types.Context) -> None:
-    """The other mouth leads back here: a wormhole has two ends. Ends the recursion when it does already."""
-    _tag(self, context)
-    other = self.exit
-    if other is None or other == self.id_data or other.bentlight.exit == self.id_data:
-        return
-    other.bentlight.kind = "WORMHOLE"
-    other.bentlight.throat_radius = self.throat_radius
-    other.bentlight.exit = self.id_data
-
-
-class BentlightObjectSettings(bpy.types.PropertyGroup):
-    """object.bentlight: what an object does to spacetime. Any object may; usually it is an empty."""
-
-    kind: EnumProperty(
-        name="Spacetime",
-        description="What this object does to space and light around it",
-        items=[
-            ("NONE", "Flat", "Nothing"),
-            ("BLACK_HOLE", "Black Hole", "Bends light around itself and swallows what comes too close"),
-            ("WORMHOLE", "Wormhole", "A mouth that leads to another place in the scene"),
-        ],
-        default="NONE",
-        update=_refit,
-    )
-    mass: FloatProperty(
-        name="Mass",
-        description=(
-            "Size of the black hole, as a length in the object's own units (times its scale). Without spin the horizon "
-            "is drawn with half this radius, and seen from afar the shadow has a radius of 5.2 masses"
-        ),
-        min=0.0,
-        soft_max=10.0,
-        default=1.0,
-        precision=4,
-        subtype="DISTANCE",
-        update=_refit,
-    )
-    spin: FloatProperty(
-        name="Spin",
-        description=(
-            "Rotation about the object's local Z axis, as a fraction of the most a black hole can have, from -0.9999 "
-            "to 0.9999. Drags light around and makes the shadow lopsided"
-        ),
-        min=-0.9999,
-        max=0.9999,
-        default=0.0,
-        precision=4,
-        update=_refit,
-    )
-    chart: EnumProperty(
-        name="Chart",
-        description="How curved space is drawn into Blender's flat space. Without spin only",
-        items=[
-            (
-                "ISOTROPIC",
-                "Isotropic",
-                "Small objects keep their shape. The horizon is drawn at half the mass",
-            ),
-            (
-                "OBLATE",
-                "Areal / Oblate",
-                "Spheres keep their area. The only one with spin. Horizon at up to twice the mass",
-            ),
-        ],
-        default="ISOTROPIC",
-        update=_refit,
-    )
-    throat_radius: FloatProperty(
-        name="Throat Radius",
-        description=(
-            "Radius of the narrowest sphere inside the wormhole, in the object's own units (times its scale). Drawn "
-            "with half this radius. Both mouths need the same"
-        ),
-        min=1e-6,
-        soft_max=10.0,
-        default=1.0,
-        precision=4,
-        subtype="DISTANCE",
-        update=_refit,
-    )
-    exit: PointerProperty(
-        name="Exit",
-        description="The other mouth: what goes in here comes out there, and the other way round",
-        type=bpy.types.Object,
-        poll=_is_other_object,
-        update=_link_back,
-    )
-    relay_source: PointerProperty(
-        name="Relay of",
-        description="The camera whose curved rays this relay camera hands to Cycles",
-        type=bpy.types.Object,
-    )
-    sphere_radius: FloatProperty(
-        name="Sphere of Influence",
-        description=(
-            "With several black holes and wormholes: the radius, in the object's own units (times its scale), inside "
-            "which this one bends light; outside all spheres light is straight. 0: half-way to the nearest other one"
-        ),
-        min=0.0,
-        soft_max=100.0,
-        default=0.0,
-        subtype="DISTANCE",
-        update=_tag,
-    )
-    lens_radius: FloatProperty(
-        name="Lens in Cycles",
-        description=(
-            "Radius, in the object's own units (times its scale), inside which Cycles bends light. "
-            "0: that of the sphere of influence"
-        ),
-        min=0.0,
-        soft_max=100.0,
-        default=0.0,
-        subtype="DISTANCE",
-        update=_tag,
-    )
-    lens_is_automatic: BoolProperty(
-        name="Automatic Lens",
-        description="Use in Cycles has chosen the radius of the lens",
-        default=False,
-        options={"HIDDEN"},
-    )
-    made_for_cycles: EnumProperty(
-        name="Made for Cycles",
-        description="What this object does in Cycles. Bentlight itself does not render it",
-        items=[
-            ("NOTHING", "Nothing", "An object of the scene"),
-            ("LENS", "Lens", "Made by Use in Cycles"),
-            ("SCREEN", "Screen", "Made for a relay camera while motion blur is on"),
-        ],
-        default="NOTHING",
-        options={"HIDDEN"},
-    )
-    relay_switched_osl: BoolProperty(
-        name="Switched OSL On",
-        description="The relay camera has switched Open Shading Language on, for motion blur",
-        default=False,
-        options={"HIDDEN"},
-    )
-    disk: PointerProperty(
-        name="Accretion Disk", description="Matter in orbit around a black hole", type=BentlightDiskSettings
+    overlay: PointerProperty(
+        name="Overlay",
+        description="What 3D viewports draw of black holes and wormholes",
+        type=BentlightOverlaySettings,
     )
 
 
@@ -464,6 +348,39 @@ class BentlightViewLayerSettings(bpy.types.PropertyGroup):
         default=False,
         update=_passes_changed,
     )
+    use_pass_deflection: BoolProperty(
+        name="Deflection",
+        description=(
+            "ST map that bends a flat picture: for each pixel the place, from 0 to 1 from the lower left corner, where "
+            "the same camera sees the same thing in flat space; third channel: 1 where there is such a place"
+        ),
+        default=False,
+        update=_passes_changed,
+    )
+    use_pass_frequency_shift: BoolProperty(
+        name="Frequency Shift",
+        description="Frequency of light at the camera over that where it was sent out: below 1 redder, above bluer",
+        default=False,
+        update=_passes_changed,
+    )
+    use_pass_image_order: BoolProperty(
+        name="Image Order",
+        description="0 in direct images, 1 in those by way of a hole's other side, and one more for each half turn",
+        default=False,
+        update=_passes_changed,
+    )
+    use_pass_disk: BoolProperty(
+        name="Disk",
+        description="Light of accretion disks alone, as the camera sees them directly",
+        default=False,
+        update=_passes_changed,
+    )
+    use_pass_sample_count: BoolProperty(
+        name="Sample Count",
+        description="Number of samples that each pixel took",
+        default=False,
+        update=_passes_changed,
+    )
     use_pass_denoising: BoolProperty(
         name="Denoising Data",
         description="Albedo and normal of what camera rays meet, seen through mirrors, for the Denoise compositor node",
@@ -473,6 +390,7 @@ class BentlightViewLayerSettings(bpy.types.PropertyGroup):
 
 
 _CLASSES = (
+    BentlightOverlaySettings,
     BentlightSceneSettings,
     BentlightDiskSettings,
     BentlightObjectSettings,

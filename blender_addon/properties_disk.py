@@ -4,8 +4,14 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
 
 
+def _tag(self: "BentlightDiskSettings", context: bpy.types.Context) -> None:
+    """Blender knows of no change in a setting of ours."""
+    self.id_data.update_tag()
+
+
 def _make_ramp(self: "BentlightDiskSettings", context: bpy.types.Context) -> None:
     """A color ramp lives in a texture; one that glows from white to red is there from the start."""
+    _tag(self, context)
     if self.emission != "RAMP" or self.ramp is not None:
         return
     self.ramp = bpy.data.textures.new("Accretion Disk", "BLEND")
@@ -26,6 +32,7 @@ class BentlightDiskSettings(bpy.types.PropertyGroup):
             "lights the scene and hides what is behind it"
         ),
         default=False,
+        update=_tag,
     )
     inner_edge: EnumProperty(
         name="Inner Edge",
@@ -35,20 +42,29 @@ class BentlightDiskSettings(bpy.types.PropertyGroup):
             ("CUSTOM", "Custom", "At a radius of your own. Within the last stable orbit matter falls freely"),
         ],
         default="ISCO",
+        update=_tag,
     )
     inner_radius: FloatProperty(
         name="Inner Radius",
-        description="Inner radius, in masses of the hole",
+        description=(
+            "Where the disk ends towards the hole: circumference over 2 pi, in masses of the hole, at least 1. Within "
+            "the horizon (2 masses without spin) there is no disk"
+        ),
         min=1.0,
         soft_max=20.0,
         default=6.0,
+        update=_tag,
     )
     outer_radius: FloatProperty(
         name="Outer Radius",
-        description="Outer radius, in masses of the hole",
+        description=(
+            "Where the disk ends outwards: circumference over 2 pi, in masses of the hole, larger than the inner "
+            "radius. From 10, a narrow ring, to 100, a wide plain"
+        ),
         min=1.0,
         soft_max=100.0,
         default=20.0,
+        update=_tag,
     )
     emission: EnumProperty(
         name="Emission",
@@ -76,7 +92,11 @@ class BentlightDiskSettings(bpy.types.PropertyGroup):
     )
     temperature: FloatProperty(
         name="Temperature",
-        description="Temperature of the hottest place, in kelvin, to who moves with it",
+        description=(
+            "Temperature of the hottest place, in kelvin, to who moves with it, from 300 to 1e8. 3000: orange, 6500: "
+            "white, 15000 and more: blue. In nature about 1e7 around the remains of a star, 1e5 around the hole of a "
+            "galaxy"
+        ),
         min=300.0,
         max=1e8,
         soft_min=1000.0,
@@ -84,43 +104,58 @@ class BentlightDiskSettings(bpy.types.PropertyGroup):
         default=6500.0,
         step=10000,
         precision=0,
+        subtype="TEMPERATURE",
+        update=_tag,
     )
     exponent: FloatProperty(
         name="Exponent",
-        description="How fast the temperature falls with the radius: as its power of minus this",
+        description=(
+            "How fast the temperature falls with the radius: as its power of minus this, from 0 (one color all over) "
+            "to 10. 0.75: as steady accretion does far from the hole"
+        ),
         min=0.0,
         max=10.0,
         soft_max=3.0,
         default=0.75,
+        update=_tag,
     )
     strength: FloatProperty(
         name="Strength",
         description=(
-            "Brightness: radiance of a blackbody of the given temperature, as luminance, before its frequency is "
-            "shifted; factor of ramps and images"
+            "Brightness, 0 and more: radiance of a blackbody of the given temperature, as luminance, before its "
+            "frequency is shifted; factor of ramps and images"
         ),
         min=0.0,
         soft_max=100.0,
         default=1.0,
+        update=_tag,
     )
-    ramp: PointerProperty(name="Color Ramp", description="The texture that holds the ramp", type=bpy.types.Texture)
-    image: PointerProperty(name="Image", description="What the disk looks like", type=bpy.types.Image)
-    material: PointerProperty(name="Material", description="What the disk is made of", type=bpy.types.Material)
+    ramp: PointerProperty(
+        name="Color Ramp", description="The texture that holds the ramp", type=bpy.types.Texture, update=_tag
+    )
+    image: PointerProperty(name="Image", description="What the disk looks like", type=bpy.types.Image, update=_tag)
+    material: PointerProperty(
+        name="Material", description="What the disk is made of", type=bpy.types.Material, update=_tag
+    )
     opacity: FloatProperty(
         name="Opacity",
-        description="How much the disk hides of what is behind it. It glows by as much",
+        description="How much the disk hides of what is behind it, from 0, nothing, to 1. It glows by as much",
         min=0.0,
         max=1.0,
         default=1.0,
         subtype="FACTOR",
+        update=_tag,
     )
     softness: FloatProperty(
         name="Soft Edge",
-        description="The part of the disk's width over which its outer edge fades out",
+        description=(
+            "The part of the disk's width over which its outer edge fades out: 0 ends it sharply, 1 fades all of it"
+        ),
         min=0.0,
         max=1.0,
         default=0.3,
         subtype="FACTOR",
+        update=_tag,
     )
     doppler: FloatProperty(
         name="Doppler",
@@ -132,6 +167,7 @@ class BentlightDiskSettings(bpy.types.PropertyGroup):
         max=1.0,
         default=1.0,
         subtype="FACTOR",
+        update=_tag,
     )
     gravitational: FloatProperty(
         name="Gravitational",
@@ -142,33 +178,41 @@ class BentlightDiskSettings(bpy.types.PropertyGroup):
         max=1.0,
         default=1.0,
         subtype="FACTOR",
+        update=_tag,
     )
     pattern: FloatProperty(
         name="Pattern",
-        description="How uneven the disk is: streaks of gas that the orbits shear",
+        description="How uneven the disk is: streaks of gas that the orbits shear. 0: smooth, 1: torn",
         min=0.0,
         max=1.0,
         default=0.5,
         subtype="FACTOR",
+        update=_tag,
     )
     pattern_scale: FloatProperty(
         name="Scale",
-        description="Streaks around the hole: more make a finer pattern",
+        description="How many streaks lie around the hole, 0.01 and more: more make a finer pattern",
         min=0.01,
         soft_max=20.0,
         default=2.0,
+        update=_tag,
     )
     loop_frames: IntProperty(
         name="Loop",
-        description="Frames after which the pattern is as it was; in between it never jumps",
+        description="Frames after which the pattern is as it was, 1 and more; in between it never jumps",
         min=1,
         soft_max=1000,
         default=240,
+        update=_tag,
     )
     loop_orbits: FloatProperty(
         name="Orbits",
-        description="How often matter at the inner edge goes around in a loop. More shear the pattern more",
+        description=(
+            "How often matter at the inner edge goes around in a loop, 0 (at rest) and more. More shear the pattern "
+            "more"
+        ),
         min=0.0,
         soft_max=20.0,
         default=3.0,
+        update=_tag,
     )

@@ -19,16 +19,19 @@ class BentlightWorldSettings(bpy.types.PropertyGroup):
     )
     star_count: IntProperty(
         name="Count",
-        description="How many stars there are in the whole sky",
+        description="How many stars there are in the whole sky, up to 1000000. The naked eye sees 5000",
         min=1,
         max=1_000_000,
         soft_max=50_000,
         default=5000,
     )
-    star_seed: IntProperty(name="Seed", description="Another seed is another sky", min=0, default=0)
+    star_seed: IntProperty(name="Seed", description="Another seed, 0 and more, is another sky", min=0, default=0)
     star_brightest: FloatProperty(
         name="Brightest",
-        description="Magnitude of the brightest star. Five magnitudes less are a hundred times the light",
+        description=(
+            "Magnitude of the brightest star, from -30 to 30; our sky's is -1.5. Five less are a hundred times the "
+            "light"
+        ),
         min=-30.0,
         max=30.0,
         soft_min=-5.0,
@@ -58,7 +61,9 @@ class BentlightWorldSettings(bpy.types.PropertyGroup):
     )
     star_strength: FloatProperty(
         name="Strength",
-        description="Light of a star of magnitude 0, in millionths of a sun of strength 1",
+        description=(
+            "Light of a star of magnitude 0, in millionths of a sun of strength 1, 0 and more. Films need 100 and more"
+        ),
         min=0.0,
         soft_max=100.0,
         default=1.0,

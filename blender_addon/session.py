@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import math
 import queue
 import threading
 import time
 from collections import deque
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import bentlight_native
 import numpy as np
 
+from .sync.slices import Slice
+
+_PAUSE_POLL = 0.05  # seconds
 _ROUND_MAX = 16  # samples, of a round under a time limit
-# What the next round needs to know of a pixel's noise, besides the number of its samples.
-_RESUMED_CHANNELS = ("combined", "noise_partial", "noise_scatter")
+_SHOWN_EACH = 1.0  # seconds that a tile waits to be shown again while there are moments left
+_MOVE = object()  # among results: all tiles have the samples of the moment
 
 
 @dataclass(frozen=True)
@@ -31,11 +36,22 @@ class Tile:
 class FinishedTile:
     """A tile's pixels by channel, rows upwards, (height, width, components) float32.
 
-    After a cancel it may hold fewer samples than asked for, or none in some pixels.
+    After a cancel it may hold fewer samples than asked for, or none in some pixels. state: what it is made of, if the
+    session keeps that and the tile is done; rounds_left: how many rounds it still takes.
     """
 
     tile: Tile
     channels: dict[str, np.ndarray]
+    state: np.ndarray | None
+    rounds_left: int
+
+
+@dataclass(frozen=True)
+class Begun:
+    """What an earlier session has left of a tile: its state, and the number of rounds that it still is to take."""
+
+    state: np.ndarray
+    rounds_left: int
 
 
 @dataclass(frozen=True)
@@ -44,10 +60,25 @@ class StarLight:
 
     images: bentlight_native.StarImages
     light: np.ndarray
+    group: int = -1  # number of the sky's light group
+
+    def draw(self, tile: Tile, settings: bentlight_native.RenderSettings) -> np.ndarray:
+        """What stars bring to the pixels of a tile, (height, width, 3) float32."""
+        return self.images.draw(
+            self.light,
+            (settings.width, settings.height),
+            (tile.x, tile.y, tile.width, tile.height),
+            settings.filter,
+            settings.filter_width,
+        )
 
 
-# What shows stars: the sky's channels.
-_STAR_CHANNELS = ("combined", "environment", "denoising_albedo")
+class Round(NamedTuple):
+    """Some successive samples of a picture, all of one moment."""
+
+    first: int
+    count: int
+    moment: int
 
 
 @dataclass
@@ -56,7 +87,10 @@ class _Work:
 
     tile: Tile
     channels: dict[str, np.ndarray]
-    rounds: deque[tuple[int, int]]  # first sample, number of samples
+    state: np.ndarray | None  # where rounds go on from
+    rounds: deque[Round]
+    shown: float = -math.inf  # when it was last
+    is_shown: bool = True  # with all its samples
 
 
 def sample_rounds(count: int) -> Iterator[tuple[int, int]]:
@@ -82,7 +116,11 @@ def spiral_tiles(x: int, y: int, width: int, height: int, size: int) -> list[Til
 class Session:
     """Renders tiles on worker threads; every method is called from one thread, the owner's.
 
-    The native scene is committed and not edited any more. A failure in a worker is raised by `finished`.
+    The native scene is committed, and edited by `move` only. A failure in a worker is raised by `finished`.
+
+    While the shutter is open a picture has moments, each with a slice of the samples. When all tiles have theirs,
+    `move` is called, by the owner's thread within `finished` while no worker looks at the scene, and returns the scene
+    of the next moment with its stars, or None to end the picture there.
 
     With a time limit, in seconds, the whole picture is taken in rounds of ever more samples, each of which goes on with
     what the tile has: pixels that the noise threshold has ended stay as they are. When the time is over, no tile begins
@@ -91,7 +129,11 @@ class Session:
     The integrator BIDIRECTIONAL brings light from lamps to all of the picture from every tile: tiles come with what
     there is so far, and all of them again at the end.
 
-    Stars are added to finished tiles: they take no samples.
+    Stars are added to finished tiles, those of all moments so far by their part of the samples: they take none.
+
+    With keeps_state tiles that are done come with their states. begun: states of tiles, by number, that an earlier
+    session with the same arguments has left, to go on from as if it had not ended; light: where light from lamps is
+    added to, with that of these tiles.
     """
 
     def __init__(
@@ -103,25 +145,48 @@ class Session:
         threads: int,
         time_limit: float = 0.0,
         stars: StarLight | None = None,
+        keeps_state: bool = False,
+        begun: Mapping[int, Begun] | None = None,
+        light: np.ndarray | None = None,
+        slices: Sequence[Slice] = (),
+        move: Callable[[int], tuple[bentlight_native.Scene, StarLight | None] | None] = lambda _: None,
     ) -> None:
         self._scene = scene
         self._settings = settings
         self._time_limit = time_limit
-        self._stars = stars
-        rounds = list(sample_rounds(settings.sample_count)) if time_limit else [(0, settings.sample_count)]
-        resumed = _RESUMED_CHANNELS if time_limit and settings.noise_threshold else ()
-        names = dict.fromkeys((*channels, "sample_count", *resumed))
-        self._waiting = deque(_Work(tile, _empty_channels(tile, names), deque(rounds)) for tile in tiles)
+        self._slices = slices or [Slice(0, settings.sample_count, 0.5)]
+        self._move = move
+        self._stars = stars  # of the moment
+        self._past_stars: np.ndarray | None = None  # of those before, (height, width, 3) times samples
+        self._past_samples = 0
+        rounds = _rounds(self._slices, bool(time_limit))
+        self._has_rounds = len(rounds) > 1
+        self._names = tuple(dict.fromkeys((*channels, "sample_count")))
+        self._keeps_state = keeps_state
+        has_state = keeps_state or self._has_rounds
+        self._works = [
+            _Work(
+                tile,
+                _empty_channels(tile, self._names, settings),
+                self._empty_state(tile) if has_state else None,
+                deque(rounds),
+            )
+            for tile in tiles
+        ]
+        self._waiting = deque(self._works)
+        self._moment = 0
+        self._is_moving = False  # the owner has been asked to
+        self._is_pausing = False
         self._busy = 0  # tiles that are being rendered
         self._spared = 0  # pixel samples of rounds that were not needed
-        self._changed = threading.Condition()  # guards the three above
-        bidirectional = settings.integrator == "BIDIRECTIONAL"
-        self._light = np.zeros((settings.height, settings.width, 3), np.int64) if bidirectional else None
+        self._changed = threading.Condition()  # guards the six above
+        self._light = empty_light(settings) if light is None else light
         self._unlit: dict[Tile, FinishedTile] = {}  # as they came last, where light is added to them
-        self._results: queue.SimpleQueue[FinishedTile | BaseException | None] = queue.SimpleQueue()
+        self._results: queue.SimpleQueue[FinishedTile | BaseException | object | None] = queue.SimpleQueue()
         self._progress = bentlight_native.Progress()
         self._work = settings.sample_count * sum(tile.width * tile.height for tile in tiles)
         self._start = time.monotonic()
+        self._go_on_from(begun or {})
         self._threads = [
             threading.Thread(target=self._run, name=f"bentlight {i}", daemon=True)
             for i in range(max(1, min(threads, len(tiles))))
@@ -141,10 +206,52 @@ class Session:
         return time.monotonic() - self._start
 
     @property
+    def _is_time_over(self) -> bool:
+        return 0 < self._time_limit < self._elapsed
+
+    @property
     def seconds_left(self) -> float | None:
         """An estimate; None before there is anything to estimate from."""
         fraction = self.fraction
         return self._elapsed * (1 - fraction) / fraction if fraction > 0 else None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The channels that finished tiles, and their states, are of."""
+        return self._names
+
+    @property
+    def has_rounds(self) -> bool:
+        """Whether tiles take more than one round."""
+        return self._has_rounds
+
+    @property
+    def light(self) -> np.ndarray | None:
+        """What all finished tiles have brought from lamps, after the last one or while the session is settled."""
+        return self._light
+
+    def pause(self) -> None:
+        """Lets no thread begin another round until `go_on`."""
+        with self._changed:
+            self._is_pausing = True
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether in a pause all rounds that were begun have ended, and come out of `finished`."""
+        with self._changed:
+            return self._is_pausing and not self._busy and self._results.empty()
+
+    def unfinished(self) -> Iterator[FinishedTile]:
+        """Tiles that have had some of their rounds, with their states, while the session is settled: not copied."""
+        for work in self._waiting:
+            if work.rounds[0].first > 0:
+                yield FinishedTile(work.tile, work.channels, work.state, len(work.rounds))
+
+    def go_on(self) -> None:
+        """Ends a pause."""
+        with self._changed:
+            self._is_pausing = False
+            self._changed.notify_all()
 
     def cancel(self) -> None:
         """Asks all threads to stop; `finished` still yields what they have."""
@@ -165,10 +272,11 @@ class Session:
                     raise result
                 if result is None:
                     self._running -= 1
+                elif result is _MOVE:
+                    self._begin_moment()
                 else:
                     yield self._starry(self._lit(result))
-            if self._light is not None:
-                yield from map(self._starry, map(self._lit, list(self._unlit.values())))
+            yield from map(self._starry, map(self._lit, self._last()))
         finally:
             self.close()
 
@@ -178,6 +286,14 @@ class Session:
         for thread in self._threads:
             thread.join()
 
+    def _last(self) -> list[FinishedTile]:
+        """Tiles that were not shown with all their samples, or have got light or stars since."""
+        has_changed = self._light is not None or self._past_stars is not None
+        last = [work for work in self._works if not work.is_shown or (has_changed and work.shown > -math.inf)]
+        found = [FinishedTile(work.tile, work.channels, None, len(work.rounds)) for work in last]
+        self._unlit |= {finished.tile: finished for finished in found}
+        return found
+
     def _lit(self, finished: FinishedTile) -> FinishedTile:
         """The tile with the light that was traced from lamps."""
         if self._light is None or "combined" not in finished.channels:
@@ -185,28 +301,37 @@ class Session:
         tile, size = finished.tile, (self._settings.width, self._settings.height)
         self._unlit[tile] = finished
         samples = sum(int(other.channels["sample_count"].sum(dtype=np.float64)) for other in self._unlit.values())
-        combined = finished.channels["combined"].copy()
         part = self._light[tile.y : tile.y + tile.height, tile.x : tile.x + tile.width]
-        combined[..., :3] += bentlight_native.light_image(part, samples, size)
-        return replace(finished, channels=finished.channels | {"combined": combined})
+        return replace(finished, channels=bentlight_native.with_light(finished.channels, part, samples, size))
 
     def _starry(self, finished: FinishedTile) -> FinishedTile:
-        """The tile with the stars in it. A transparent film shows none, but its passes do."""
+        """The tile with the stars in it."""
         if self._stars is None:
             return finished
-        tile, settings, channels = finished.tile, self._settings, dict(finished.channels)
-        shown = self._stars.images.draw(
-            self._stars.light,
-            (settings.width, settings.height),
-            (tile.x, tile.y, tile.width, tile.height),
-            settings.filter,
-            settings.filter_width,
-        )
-        for name in _STAR_CHANNELS:
-            if name in channels and not (name == "combined" and settings.film_transparent):
-                channels[name] = channels[name].copy()
-                channels[name][..., :3] += shown
-        return replace(finished, channels=channels)
+        tile, count = finished.tile, self._slices[self._moment].count
+        shown = self._stars.draw(tile, self._settings)
+        if self._past_stars is not None:
+            past = self._past_stars[tile.y : tile.y + tile.height, tile.x : tile.x + tile.width]
+            shown = (past + shown * count) / (self._past_samples + count)
+        lit = bentlight_native.with_stars(finished.channels, shown, self._settings.film_transparent, self._stars.group)
+        return replace(finished, channels=lit)
+
+    def _begin_moment(self) -> None:
+        """Moves the scene on; all workers wait."""
+        moved = None if self._is_time_over else self._move(self._moment + 1)
+        with self._changed:
+            if moved is None:
+                self._waiting.clear()
+            else:
+                if self._stars is not None:
+                    count, settings = self._slices[self._moment].count, self._settings
+                    shown = self._stars.draw(Tile(0, 0, settings.width, settings.height), settings) * count
+                    self._past_stars = shown if self._past_stars is None else self._past_stars + shown
+                    self._past_samples += count
+                self._scene, self._stars = moved
+                self._moment += 1
+            self._is_moving = False
+            self._changed.notify_all()
 
     def _run(self) -> None:
         """A worker: round by round until there are none, the time is over, or someone cancels or fails."""
@@ -227,15 +352,23 @@ class Session:
         """The tile that has waited longest; None when all are done. Waits while others render the last ones."""
         with self._changed:
             while not self._progress.cancelled:
-                if self._waiting:
-                    work = self._waiting.popleft()
+                if self._is_pausing:
+                    self._changed.wait(_PAUSE_POLL)  # who cancels does not notify
+                    continue
+                work = next((work for work in self._waiting if work.rounds[0].moment <= self._moment), None)
+                if work is not None:
+                    self._waiting.remove(work)
                     if self._is_over(work):
                         continue
                     self._busy += 1
                     return work
                 if not self._busy:
-                    break
-                self._changed.wait()
+                    if not self._waiting:
+                        break
+                    if not self._is_moving:
+                        self._is_moving = True
+                        self._results.put(_MOVE)
+                self._changed.wait(_PAUSE_POLL if self._is_moving else None)
         return None
 
     def _put_back(self, work: _Work, wants_more: bool) -> None:
@@ -245,33 +378,85 @@ class Session:
             if wants_more:
                 self._waiting.append(work)
             elif not self._progress.cancelled:
-                self._spared += work.tile.width * work.tile.height * sum(count for _, count in work.rounds)
+                self._spared += work.tile.width * work.tile.height * sum(r.count for r in work.rounds)
             self._changed.notify_all()
 
     def _is_over(self, work: _Work) -> bool:
         """Whether there is no time for a tile's next round any more."""
-        return 0 < self._time_limit < self._elapsed and work.rounds[0][0] > 0
+        return self._is_time_over and work.rounds[0].first > 0
 
     def _render(self, work: _Work) -> bool:
         """A tile's next round, or what a cancel lets it have; returns whether there is another."""
-        tile, (first, count) = work.tile, work.rounds.popleft()
-        settings = replace(self._settings, first_sample=first, sample_count=count, resume=first > 0)
+        tile, (first, count, moment) = work.tile, work.rounds.popleft()
+        start = self._settings.first_sample
+        settings = replace(self._settings, first_sample=start + first, sample_count=count, resume=first > 0)
         try:
             done = self._scene.render_tile(
-                tile.x, tile.y, tile.width, tile.height, settings, work.channels, self._progress, self._light
+                tile.x,
+                tile.y,
+                tile.width,
+                tile.height,
+                settings,
+                work.channels,
+                self._progress,
+                self._light,
+                work.state,
             )
             more = bool(work.rounds) and done.samples > 0
         except bentlight_native.Cancelled:
-            more = False
-            if not work.channels["sample_count"].any():
-                return False
-        copies = {name: values.copy() for name, values in work.channels.items()} if more else work.channels
-        self._results.put(FinishedTile(tile, copies))
+            if work.channels["sample_count"].any():
+                self._show(work, FinishedTile(tile, work.channels, None, len(work.rounds)))
+            return False
+        work.is_shown = not more or moment == 0 or self._elapsed > work.shown + _SHOWN_EACH
+        if work.is_shown:
+            self._show(work, self._finished(work, len(work.rounds) if more else 0, is_last=not more))
         return more
 
+    def _show(self, work: _Work, finished: FinishedTile) -> None:
+        work.shown, work.is_shown = self._elapsed, True
+        self._results.put(finished)
 
-def _empty_channels(tile: Tile, names: Iterable[str]) -> dict[str, np.ndarray]:
+    def _finished(self, work: _Work, rounds_left: int, is_last: bool) -> FinishedTile:
+        """What a tile has, in arrays that nobody writes to any more."""
+        if is_last:
+            return FinishedTile(work.tile, work.channels, work.state if self._keeps_state else None, rounds_left)
+        channels = {name: values.copy() for name, values in work.channels.items()}
+        return FinishedTile(work.tile, channels, None, rounds_left)
+
+    def _empty_state(self, tile: Tile) -> np.ndarray:
+        return bentlight_native.empty_state(self._names, self._settings, tile.width, tile.height)
+
+    def _go_on_from(self, begun: Mapping[int, Begun]) -> None:
+        """Takes up what there is of tiles, before any thread runs; they come out of `finished` at once."""
+        for work, earlier in [(self._waiting[number], begun[number]) for number in sorted(begun)]:
+            work.state[:] = earlier.state
+            work.channels = bentlight_native.develop_state(self._names, self._settings, work.state)
+            while len(work.rounds) > earlier.rounds_left:
+                self._spared += work.tile.width * work.tile.height * work.rounds.popleft().count
+            self._show(work, self._finished(work, earlier.rounds_left, is_last=not work.rounds))
+        self._waiting = deque(work for work in self._waiting if work.rounds)
+
+
+def _rounds(slices: Sequence[Slice], is_limited: bool) -> list[Round]:
+    """The samples of each slice; under a time limit in rounds of ever more."""
+    rounds = []
+    for moment, part in enumerate(slices):
+        cuts = sample_rounds(part.count) if is_limited else [(0, part.count)]
+        rounds += [Round(part.first + first, count, moment) for first, count in cuts]
+    return rounds
+
+
+def empty_light(settings: bentlight_native.RenderSettings) -> np.ndarray | None:
+    """Where light from lamps is added to; None if none is traced."""
+    if settings.integrator != "BIDIRECTIONAL":
+        return None
+    return np.zeros((settings.height, settings.width, 3), np.int64)
+
+
+def _empty_channels(
+    tile: Tile, names: Iterable[str], settings: bentlight_native.RenderSettings
+) -> dict[str, np.ndarray]:
     return {
-        name: np.zeros((tile.height, tile.width, bentlight_native.CHANNELS[name].components), np.float32)
+        name: np.zeros((tile.height, tile.width, bentlight_native.CHANNELS[name].width(settings)), np.float32)
         for name in names
     }

@@ -46,7 +46,7 @@ def warnings(hole: bpy.types.Object) -> list[str]:
         return [f"The disk of '{hole.name}' is not seen: it has no color ramp, image or material"]
     lost = disk_material.scattering_nodes(material(hole)) if material(hole) else []
     if lost:
-        return [f"The disk of '{hole.name}' only shines in a lens; what scatters there is left out: {', '.join(lost)}"]
+        return [f"The disk of '{hole.name}' only shines in Cycles; what scatters there is left out: {', '.join(lost)}"]
     return []
 
 

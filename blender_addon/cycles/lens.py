@@ -32,7 +32,7 @@ def build(hole: bpy.types.Object) -> bpy.types.Object:
     lens = bpy.data.objects.new(f"{_NAME} {hole.name}", _sphere())
     lens.bentlight.made_for_cycles = "LENS"
     lens.parent = hole
-    lens.display_type = "WIRE"
+    lens.display_type, lens.display_bounds_type = "BOUNDS", "SPHERE"  # its fine mesh would be a black ball as wires
     lens.hide_select = True
     lens.data.materials.append(shaders.new_material(lens.name, "lens", disk_material.SOCKETS))
     for collection in hole.users_collection:
@@ -71,6 +71,7 @@ def update(
     radius: float,
     far: tuple[SpacetimeData, float] | None,
     light: dict[str, shaders.Socket],
+    soft_edge: float,
 ) -> None:
     """Makes a lens what its hole is now; `radius` and that of the other mouth are in world units."""
     scale = mathutils.Matrix.Scale(radius / item.scale, 4)
@@ -78,7 +79,7 @@ def update(
         lens.matrix_parent_inverse.identity()
     if lens.matrix_basis != scale:
         lens.matrix_basis = scale
-    inputs = _inputs(item, radius, far, _reach(lens.data), light)
+    inputs = _inputs(item, radius, far, _reach(lens.data), light | {"SoftEdge": ("NodeSocketFloat", soft_edge)})
     shaders.fill(lens.data.materials[0], "lens", inputs, disk_material.SOCKETS)
 
 

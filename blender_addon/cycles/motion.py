@@ -8,13 +8,13 @@ flat that is exact; else what comes into sight behind an object within a slice i
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ..sync.scene_data import CameraData, InstanceData, MeshData, SceneData
+from ..sync.standing import by_key
 
 _LEAST = 1e-6  # of an object's motion between slices, over its distance from the world's origin: less is rounding
 
@@ -35,31 +35,18 @@ def camera_change(cameras: Sequence[CameraData], number: int) -> np.ndarray:
     return np.gradient(matrices, axis=0)[number] if len(matrices) > 1 else np.zeros((4, 4))
 
 
-def standing(scene: SceneData, frame: SceneData, names: set[str]) -> SceneData:
-    """The scene of a slice, but with the objects of these names, and what they instance, as they are in the frame."""
-    framed, meshes, instances = _by_key(frame), list(scene.meshes), []
-    for key, (instance, mesh) in _by_key(scene).items():
-        if instance.name in names and key in framed:
-            still, still_mesh = framed[key]
-            index = instance.mesh
-            if still_mesh is not mesh:
-                index = len(meshes)
-                meshes.append(still_mesh)
-            instance = replace(still, mesh=index)
-        instances.append(instance)
-    return replace(scene, meshes=meshes, instances=instances)
-
-
 def swept(moments: Sequence[SceneData], number: int) -> tuple[SceneData, np.ndarray]:
     """The scene of slice `number` with what moves added as it is at the slice's beginning and end; and the largest
-    motion of each instance between the middles of neighboring slices."""
+    motion of each instance between the middles of neighboring slices. Accretion disks, in which no leg ends, stand
+    still in each slice."""
     here = moments[number]
-    near = [_by_key(moments[i]) if 0 <= i < len(moments) else {} for i in (number - 1, number + 1)]
+    near = [by_key(moments[i]) if 0 <= i < len(moments) else {} for i in (number - 1, number + 1)]
     meshes, travel = list(here.meshes), []
     added: list[InstanceData] = []
     added_travel: list[float] = []
-    for key, (instance, mesh) in _by_key(here).items():
-        moves = [_motion(instance, mesh, *before_or_after[key]) for before_or_after in near if key in before_or_after]
+    for key, (instance, mesh) in by_key(here).items():
+        others = [before_or_after[key] for before_or_after in near if key in before_or_after]
+        moves = [] if instance.is_disk else [_motion(instance, mesh, *other) for other in others]
         farthest = max((move.distance for move in moves), default=0.0)
         travel.append(farthest)
         if farthest <= _LEAST * np.abs(instance.world_from_mesh[:3, 3]).max(initial=1.0):
@@ -75,16 +62,6 @@ def swept(moments: Sequence[SceneData], number: int) -> tuple[SceneData, np.ndar
             added_travel.append(farthest)
     scene = replace(here, meshes=meshes, instances=[*here.instances, *added])
     return scene, np.array(travel + added_travel)
-
-
-def _by_key(scene: SceneData) -> dict[tuple[str, int], tuple[InstanceData, MeshData]]:
-    """Instances and their meshes by what finds them in another moment: the name, and how often it came before."""
-    seen: Counter[str] = Counter()
-    found = {}
-    for instance in scene.instances:
-        found[instance.name, seen[instance.name]] = instance, scene.meshes[instance.mesh]
-        seen[instance.name] += 1
-    return found
 
 
 @dataclass

@@ -14,11 +14,17 @@ from ..sync.scene_data import SpacetimeData
 _MARGIN = 0.95  # of the distance to what must stay outside
 _NEAREST = 16  # core radii: smaller is not worth the bending that is left out; what is nearer will be inside
 _LEFT_OUT_RAD = 0.02  # bending that may be left out where there is room enough
+_ROUNDING = 1e-6  # properties are float32, by whose rounding lenses that touch must not overlap
 
 
 def with_lens_radius(item: SpacetimeData, obj: bpy.types.Object) -> SpacetimeData:
     """The hole with the sphere that Cycles uses."""
     return dataclasses.replace(item, sphere_radius=obj.bentlight.lens_radius or item.sphere_radius)
+
+
+def soft_edge(obj: bpy.types.Object) -> float:
+    """How far from the edge a lens' bending fades, over its radius. Lenses that are spheres of influence have none."""
+    return obj.bentlight.lens_soft_edge if obj.bentlight.lens_radius else 0.0
 
 
 def automatic(item: SpacetimeData, influence: float, obstacles: dict[str, float], reach: float = 0.0) -> float:
@@ -31,7 +37,7 @@ def automatic(item: SpacetimeData, influence: float, obstacles: dict[str, float]
     )
     smallest = _NEAREST * spacetime.core_radius(item) * item.scale
     room = min([distance for distance in obstacles.values() if distance > 0], default=math.inf)
-    return min(max(min(max(_MARGIN * room, smallest), largest), reach / _MARGIN), influence)
+    return min(max(min(max(_MARGIN * room, smallest), largest), reach / _MARGIN), influence * (1 - _ROUNDING))
 
 
 def distances(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, origin: mathutils.Vector) -> dict[str, float]:

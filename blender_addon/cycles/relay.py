@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -12,13 +13,14 @@ import mathutils
 import numpy as np
 
 from ..report import RenderError, Reporter
+from ..sync import shutter
 from ..sync.camera import read_camera
 from ..sync.native import build_scene
 from ..sync.objects import read_scene
 from ..sync.scene_data import CameraData, MeshData, SceneData, Visibility
-from . import files, relay_maps, screen, shaders, shutter
-from .aperture import Aperture
-from .motion import Slice, camera_change, standing, swept
+from ..sync.standing import Still, standing, still_objects
+from . import disk, files, relay_maps, screen, shaders
+from .motion import Slice, camera_change, swept
 
 SHADER = "relay_camera"
 _CLIP_END = 1e6  # of the relay camera
@@ -67,25 +69,24 @@ def clear(scene: bpy.types.Scene) -> bool:
     return True
 
 
-@dataclass
-class _Moment:
-    """What the maps of one slice of the shutter's time are made of."""
+def update(
+    scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, reporter: Reporter | None = None
+) -> relay_maps.RelayMaps | None:
+    """Bakes the maps of the scene's relay camera unless they fit the scene as it is; None without such a camera.
 
-    data: SceneData
-    aperture: Aperture | None
-
-
-def update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> relay_maps.RelayMaps | None:
-    """Bakes the maps of the scene's relay camera unless they fit the scene as it is; None without such a camera."""
+    The reporter is told what the camera cannot see as it should."""
     relay = scene.camera
     source = source_of(relay)
     if source is None:
         return None
     _show_lenses(scene, False)
-    seen = _read_all(scene, depsgraph, source)
+    reporter = reporter or Reporter(lambda level, text: None)
+    for text in (text for obj in scene.objects if not obj.hide_render for text in disk.warnings(obj)):
+        reporter.warn(text)
+    seen = _read_all(scene, depsgraph, source, reporter)
     settings = relay_maps.RelaySettings(
         parts=math.ceil(scene.bentlight.relay_parts / math.sqrt(len(seen))),
-        tolerance=_tolerance(seen[0].data),
+        tolerance=_tolerance(seen[0]),
         angular_tolerance=scene.bentlight.tolerance / 10,
         threads=scene.render.threads,
     )
@@ -96,58 +97,80 @@ def update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> relay_maps
         _forget(relay.name)
         maps = _bake(seen, files.folder("relay") / f"{fingerprint}_", settings, moving)
         _baked[relay.name] = fingerprint, maps
-    _show(scene, maps, seen[len(seen) // 2].data, moving)
+    _show(scene, maps, seen[len(seen) // 2])
     return maps
 
 
-def _read_all(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, source: bpy.types.Object) -> list[_Moment]:
+def _read_all(
+    scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, source: bpy.types.Object, reporter: Reporter
+) -> list[SceneData]:
     """All slices of the shutter's time. Objects whose motion blur is switched off stand as in the frame."""
-    still = {obj.name for obj in scene.objects if not obj.cycles.use_motion_blur} if shutter.is_open(scene) else set()
-    frame = _read(scene, depsgraph, source, None) if still else None
-    seen: list[_Moment] = []
-    for _ in shutter.moments(scene):
-        moment = _read(scene, depsgraph, source, seen[-1] if seen else frame)
+    still = still_objects(bpy.data.objects) if shutter.is_open(scene) else Still()
+    frame = _read(scene, depsgraph, source, reporter, None) if any(still) else None
+    seen: list[SceneData] = []
+    for _ in _moments(scene):
+        moment = _read(scene, depsgraph, source, reporter, seen[-1] if seen else frame)
         if frame:
-            moment.data = standing(moment.data, frame.data, still)
-            if source.name in still:
-                moment.data.camera = frame.data.camera
+            moment = standing(moment, frame, still, source.name)
         seen.append(moment)
     return seen
 
 
+def _moments(scene: bpy.types.Scene) -> Iterator[int]:
+    """The numbers of all slices, with the scene in that slice's middle; afterwards it is in its frame again.
+
+    A shutter that is never open for long has one slice, the frame as it is."""
+    if not shutter.is_open(scene):
+        yield 0
+        return
+    opened, count = shutter.Shutter(scene), scene.bentlight.relay_slices
+    frame, subframe = scene.frame_current, scene.frame_subframe
+    try:
+        for number in range(count):
+            time = opened.frame((number + 0.5) / count)
+            scene.frame_set(math.floor(time), subframe=time - math.floor(time))
+            yield number
+    finally:
+        scene.frame_set(frame, subframe=subframe)
+
+
 def _read(
-    scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, source: bpy.types.Object, before: _Moment | None
-) -> _Moment:
-    """The scene as it is: the geometry alone, what surfaces are made of is for Cycles to know. Meshes that have not
-    changed since the moment before are its own."""
+    scene: bpy.types.Scene,
+    depsgraph: bpy.types.Depsgraph,
+    source: bpy.types.Object,
+    reporter: Reporter,
+    before: SceneData | None,
+) -> SceneData:
+    """The scene as it is: the geometry, and what accretion disks look like; what surfaces are made of is for Cycles to
+    know. Meshes that have not changed since the moment before are its own."""
     evaluated = source.evaluated_get(depsgraph)
     camera = read_camera(evaluated, scene.render, np.array(evaluated.matrix_world), evaluated.data.shift_x)
-    data = read_scene(depsgraph, camera, Reporter(lambda level, text: None))
+    data = read_scene(depsgraph, camera, reporter, bare=True)
     meshes = [MeshData(mesh.vertices, mesh.triangles) for mesh in data.meshes]
-    for i, (mesh, old) in enumerate(zip(meshes, before.data.meshes if before else (), strict=False)):
+    for i, (mesh, old) in enumerate(zip(meshes, before.meshes if before else (), strict=False)):
         if np.array_equal(mesh.vertices, old.vertices) and np.array_equal(mesh.triangles, old.triangles):
             meshes[i] = old
-    instances = [
-        replace(instance, materials=(), attributes={})
-        for instance in data.instances
-        if not instance.is_disk  # Cycles has no mesh of it
-    ]
-    kept = SceneData(camera, meshes, instances, spacetimes=data.spacetimes, gravitational=data.gravitational)
-    return _Moment(kept, _aperture(evaluated, scene))
+    return replace(data, meshes=meshes, suns=[], lamps=[])
 
 
-def _bake(seen: list[_Moment], prefix: Path, settings: relay_maps.RelaySettings, moving: bool) -> relay_maps.RelayMaps:
+def _bake(
+    seen: list[SceneData], prefix: Path, settings: relay_maps.RelaySettings, moving: bool
+) -> relay_maps.RelayMaps:
     """The maps of all slices, one after the other."""
-    if not moving:
-        (only,) = seen
-        early = _room_for_lamps(only.data)
-        return relay_maps.bake(build_scene(only.data), only.data.camera, prefix, settings, only.aperture, None, early)
-    moments, maps = [moment.data for moment in seen], None
-    for number, moment in enumerate(seen):
-        data, travel = swept(moments, number)
-        change = camera_change([each.camera for each in moments], number)
+    maps = None
+    for number in range(len(seen)):
+        data, travel = swept(seen, number)
+        change = camera_change([moment.camera for moment in seen], number)
         part, early = Slice(number, len(seen), change), travel + _room_for_lamps(data)
-        made = relay_maps.bake(build_scene(data), data.camera, prefix, settings, moment.aperture, part, early)
+        made = relay_maps.bake(
+            build_scene(data),
+            data.camera,
+            prefix,
+            settings,
+            part if moving else None,
+            early,
+            np.array([instance.is_disk for instance in data.instances], bool),
+        )
         if maps is None:
             maps = made
         else:
@@ -166,8 +189,9 @@ def _room_for_lamps(data: SceneData) -> np.ndarray:
     return room
 
 
-def _show(scene: bpy.types.Scene, maps: relay_maps.RelayMaps, data: SceneData, moving: bool) -> None:
-    """Gives Cycles the maps: by the camera alone, or by the screen before one that stands still."""
+def _show(scene: bpy.types.Scene, maps: relay_maps.RelayMaps, data: SceneData) -> None:
+    """Gives Cycles the maps: by the camera alone, or also by the screen before one that stands still."""
+    screened = maps.parameters["Slices"] > 0 or maps.parameters["Disks"] > 0
     relay = scene.camera
     shader = shaders.compiled(SHADER)
     lens = relay.data
@@ -178,8 +202,8 @@ def _show(scene: bpy.types.Scene, maps: relay_maps.RelayMaps, data: SceneData, m
     for name, value in (maps.parameters | {"Near": near}).items():
         lens.cycles_custom[name] = value
     for constraint in relay.constraints:
-        constraint.mute = moving
-    if moving:
+        constraint.mute = screened
+    if screened:
         relay.matrix_world = mathutils.Matrix(data.camera.world_from_camera)
         screen.show(relay, maps.parameters, near)
         relay.bentlight.relay_switched_osl |= not scene.cycles.shading_system
@@ -228,36 +252,14 @@ def _tolerance(data: SceneData) -> float:
     return max(1e-5 * float(np.ptp(points, axis=0).max()), 1e-6)
 
 
-def _aperture(camera: bpy.types.Object, scene: bpy.types.Scene) -> Aperture | None:
-    """Depth of field as Cycles takes it from a perspective camera."""
-    lens = camera.data
-    dof = lens.dof
-    if not dof.use_dof or lens.type != "PERSP" or dof.aperture_fstop <= 0:
-        return None
-    distance = dof.focus_distance
-    if dof.focus_object is not None:
-        to_focus = dof.focus_object.matrix_world.translation - camera.matrix_world.translation
-        forward = -camera.matrix_world.to_3x3().normalized().col[2]
-        distance = abs(to_focus.dot(forward))
-    millimeters = 1e-3 / scene.unit_settings.scale_length
-    return Aperture(
-        lens.lens * millimeters / (2 * dof.aperture_fstop),
-        max(distance, 1e-6),
-        dof.aperture_blades,
-        dof.aperture_rotation,
-        dof.aperture_ratio,
-    )
-
-
-def _fingerprint(seen: list[_Moment], settings: relay_maps.RelaySettings, moving: bool) -> str:
-    """Of all that the maps depend on: no change of a material or a lamp bakes them anew."""
+def _fingerprint(seen: list[SceneData], settings: relay_maps.RelaySettings, moving: bool) -> str:
+    """Of all that the maps depend on: no change of a lamp or a material, but for disks', bakes them anew."""
     digest = hashlib.blake2b(digest_size=12)
     digest.update(repr((settings, moving)).encode())
     hashed: dict[int, bytes] = {}  # of meshes, which moments share
-    for moment in seen:
-        data = moment.data
+    for data in seen:
         holes = [_plain(item) for item in data.spacetimes]
-        digest.update(repr((moment.aperture, _plain(data.camera), holes, data.gravitational)).encode())
+        digest.update(repr((_plain(data.camera), holes, data.gravitational)).encode())
         for mesh in data.meshes:
             if id(mesh) not in hashed:
                 one = hashlib.blake2b(np.ascontiguousarray(mesh.vertices))
@@ -265,8 +267,14 @@ def _fingerprint(seen: list[_Moment], settings: relay_maps.RelaySettings, moving
                 hashed[id(mesh)] = one.digest()
             digest.update(hashed[id(mesh)])
         for instance in data.instances:
-            digest.update(repr((instance.mesh, instance.visibility, instance.one_sided)).encode())
+            digest.update(repr((instance.mesh, instance.materials, instance.visibility, instance.one_sided)).encode())
             digest.update(np.ascontiguousarray(instance.world_from_mesh))
+        for program in data.materials:
+            for part in (program.code, program.constants, program.table):
+                digest.update(np.ascontiguousarray(part))
+        for image in data.images:
+            digest.update(repr((image.values.shape, image.srgb)).encode())
+            digest.update(np.ascontiguousarray(image.values))
     return digest.hexdigest()
 
 

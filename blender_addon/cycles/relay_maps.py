@@ -1,8 +1,9 @@
 """The maps of the relay camera: where the last straight leg of each curved camera ray starts. No bpy here.
 
 Every part of every pixel gets one ray, which the core traces through the scene to the surface that it meets or to
-infinity. What osl/relay_maps.h reads is where that ray's last leg starts (`place`) and its `direction`. The files are
-described there. Memory is bounded: bands of pixel rows are traced and written one by one.
+infinity. What osl/relay_maps.h reads is where that ray's last leg starts (`place`) and its `direction`; and, with
+accretion disks, what it gathers on its way through them (`glow`, `tint`). The files are described there. Memory is
+bounded: bands of pixel rows are traced and written one by one.
 """
 
 from __future__ import annotations
@@ -18,7 +19,6 @@ import numpy as np
 from bentlight_native import FATES, write_exr
 
 from ..sync.scene_data import CameraData, Visibility
-from .aperture import Aperture
 from .motion import Slice
 
 ESCAPED, HIT = FATES.index("escaped"), FATES.index("hit")
@@ -35,7 +35,12 @@ _LEG_OF_LENGTH, _LEG_OF_COORDINATES = 1e-4, 4e-6
 _FAR = 1e4  # sizes of the scene, at which a leg to infinity starts
 _SHIFTS = np.array([0.7548777, 0.5698403])  # of the parts of slices, from one to the next (osl/relay_maps.h)
 _MOMENTS = np.array([math.sqrt(2), math.sqrt(3)])  # of parts in a slice: independent of all other lattices
+# Of parts on the lens: the additive recurrence in two dimensions with the least discrepancy (Roberts 2018), powers of
+# the inverse of the plastic number, the root of x^3 = x + 1.
+_LENS = np.array([[0.7548776662466927, 0.5698402909980532], [0.5698402909980532, -0.7548776662466927]])
 _APART = 1_000_003  # parts, between the lattices of neighboring slices
+_LOST, _SEEN, _HIDDEN = range(3)  # how rays end: seen by nobody, on their last leg, in a disk that lets nothing pass
+_LARGEST = np.finfo(np.float16).max  # radiance of disks in the maps
 
 
 @dataclass(frozen=True)
@@ -73,20 +78,22 @@ def bake(
     camera: CameraData,
     prefix: Path,
     settings: RelaySettings,
-    aperture: Aperture | None = None,
     part: Slice | None = None,
     early: np.ndarray | None = None,
+    disks: np.ndarray | None = None,
 ) -> RelayMaps:
     """Traces and writes the maps of one slice of the shutter's time, or of a frame in which nothing moves: in the
     world's axes, or in the camera's as Cycles has them (x right, y up, z forward). Their paths begin with `prefix`.
 
     `scene` is committed and has this camera. `early`: for each of its instances, how much earlier than elsewhere the
-    last legs of rays that meet it start; none: nowhere.
+    last legs of rays that meet it start; none: nowhere. `disks`: which of them are accretion disks, (instances,) bool.
     """
     start = time.monotonic()
-    tracer = _Tracer(scene, camera, settings, aperture, part, early)
+    tracer = _Tracer(scene, camera, settings, part, early, disks)
     width, height = camera.width + 2 * _MARGIN, camera.height + 2 * _MARGIN
-    band = max(1, min(height, _BAND_RAYS // (width * settings.parts**2)))
+    band = _power_of_two(
+        min(_BAND_RAYS / (width * settings.parts**2), 2 * height - 1)
+    )  # texture caches hold whole tiles
     angle, size = _pixel(camera)
     maps = RelayMaps(
         {
@@ -98,6 +105,7 @@ def bake(
             "Parts": settings.parts,
             "Fine": settings.parts * _FINER,
             "Slices": part.count if part else 0,
+            "Disks": int(tracer.sees_disks),
             "PixelAngle": angle,
             "PixelSize": size,
         }
@@ -116,6 +124,11 @@ def remove(files: list[Path]) -> None:
         file.unlink(missing_ok=True)
 
 
+def _power_of_two(limit: float) -> int:
+    """The largest up to the limit; at least 1."""
+    return 1 << max(0, math.floor(math.log2(limit)))
+
+
 def _pixel(camera: CameraData) -> tuple[float, float]:
     """How far neighboring pixels look apart: about so many radians, and scene units."""
     span = (camera.window[1] - camera.window[0]) / camera.width
@@ -126,17 +139,43 @@ def _pixel(camera: CameraData) -> tuple[float, float]:
 
 @dataclass
 class _Legs:
-    """Last legs: (n, 3) float32 each. The length of a direction is how bright light from there is; 0: a lost ray."""
+    """Last legs: (n, 3) each, float32. The length of a direction is how bright light from there is; 0: none comes. If
+    there are disks, float16: their light, and the color that they give to what comes from behind them."""
 
     place: np.ndarray
     direction: np.ndarray
+    glow: np.ndarray | None = None
+    tint: np.ndarray | None = None
 
     def write(self, stem: str, shape: tuple[int, int]) -> list[Path]:
+        """Images of which all pixels are the same have just one."""
         files = []
-        for name, values in (("place", self.place), ("direction", self.direction)):
+        for name, values in vars(self).items():
+            if values is None:
+                continue
             files.append(Path(f"{stem}{name}.exr"))
-            write_exr(files[-1], {channel: values[:, i].reshape(shape) for i, channel in enumerate("RGB")}, {})
+            image = values.reshape(*shape, 3)
+            if values.dtype == np.float16 and (values == values[0]).all():
+                image = image[:1, :1]
+            write_exr(files[-1], {channel: image[..., i] for i, channel in enumerate("RGB")}, {})
         return files
+
+
+@dataclass
+class _Traced:
+    """What became of n rays: the directions, world, in which they start and end; how they end; and the surfaces of
+    disks that they have met."""
+
+    legs: _Legs
+    start: np.ndarray
+    end: np.ndarray
+    fate: np.ndarray
+    layers: np.ndarray
+
+    @property
+    def lost(self) -> int:
+        """How many are."""
+        return int((self.fate == _LOST).sum())
 
 
 class _Tracer:
@@ -147,28 +186,29 @@ class _Tracer:
         scene: bentlight_native.Scene,
         camera: CameraData,
         settings: RelaySettings,
-        aperture: Aperture | None,
         part: Slice | None,
         early: np.ndarray | None,
+        disks: np.ndarray | None,
     ) -> None:
         self.camera, self.settings = camera, settings
+        self.sees_disks = disks is not None and bool(disks.any())
+        self._disks = disks if self.sees_disks else None
         self.number = part.number if part else 0
-        self._scene, self._aperture, self._slice, self._early = scene, aperture, part, early
+        self._scene, self._slice, self._early = scene, part, early
         camera_from_world = np.linalg.inv(camera.world_from_camera)
         self._axes = np.eye(4) if part else np.diag([1.0, 1.0, -1.0, 1.0]) @ camera_from_world
         self._drift = part.change @ camera_from_world if part else None  # of the world's points with the camera
         self._shift = (np.mod(self.number * _SHIFTS + 0.5, 1.0) - 0.5) / settings.parts
 
-    def trace(self, points: np.ndarray, parts: int) -> tuple[_Legs, np.ndarray, np.ndarray]:
-        """Legs of rays through `points` (n, 2), and the directions, world, in which they start and end."""
+    def trace(self, points: np.ndarray, parts: int) -> _Traced:
+        """Rays through `points` (n, 2)."""
         number = np.floor(points * parts).astype(np.int64) + self.number * _APART
-        rays = self._scene.camera_rays((points + self._shift) / (self.camera.width, self.camera.height))
+        # Neighboring parts see through places on the lens that complement each other: no random numbers.
+        lens = np.mod(number @ _LENS + 0.5, 1.0)
+        rays = self._scene.camera_rays((points + self._shift) / (self.camera.width, self.camera.height), lens)
         origins, directions = rays.origins, rays.directions
         exists = np.isfinite(directions[:, 0])
         origins, directions = np.where(exists[:, None], origins, 0.0), np.where(exists[:, None], directions, (0, 0, 1))
-        if self._aperture is not None:
-            lens = self._aperture.sample(number)
-            origins, directions = self._aperture.refract(self.camera.world_from_camera, origins, directions, lens)
         if self._slice is not None:
             origins, directions = self._moved(origins, directions, number)
         hits = self._scene.intersect(
@@ -179,13 +219,17 @@ class _Tracer:
             length_min=self.camera.clip_start,
             length_max=self.camera.clip_end,
             visibility=Visibility.CAMERA,
+            veils=self._disks,
         )
-        legs = self._legs(hits, exists)
+        traced = self._last_legs(hits, exists, directions)
         brightness = self._scene.shift_light(
             origins, directions, hits["position"], hits["direction"], hits["fate"] != HIT
         )
-        legs.direction *= brightness[:, None].astype(np.float32)
-        return legs, directions, hits["direction"]
+        traced.legs.direction *= brightness[:, None].astype(np.float32)
+        if self.sees_disks:
+            traced.layers = np.where(exists, hits["layers"], 0)
+            _add_disks(traced.legs, hits, exists)
+        return traced
 
     def _moved(self, origins: np.ndarray, directions: np.ndarray, number: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Each part of the image looks from where the camera is in a moment of the slice of its own."""
@@ -197,18 +241,30 @@ class _Tracer:
             turned / np.linalg.norm(turned, axis=1, keepdims=True),
         )
 
-    def _legs(self, hits: dict[str, np.ndarray], exists: np.ndarray) -> _Legs:
+    def _last_legs(self, hits: dict[str, np.ndarray], exists: np.ndarray, start: np.ndarray) -> _Traced:
         fate, end, direction = hits["fate"], hits["position"], hits["direction"]
         escaped = exists & (fate == ESCAPED) & (hits["sky"] < 0)
         hit = exists & (fate == HIT)
+        hidden = hit & self._disks[hits["instance"]] if self.sees_disks else np.zeros(len(hit), bool)
         before = _LEG_OF_LENGTH * hits["length"] + _LEG_OF_COORDINATES * np.abs(end).max(axis=1)
         if self._early is not None and len(self._early):
             before = np.minimum(before + self._early[np.where(hit, hits["instance"], 0)], hits["length"])
         end = np.where(hit[:, None], end - before[:, None] * direction, _FAR * direction * self.camera.clip_end)
-        seen = (hit | escaped)[:, None]
+        seen = ((hit | escaped) & ~hidden)[:, None]
         place = np.where(seen, end @ self._axes[:3, :3].T + self._axes[:3, 3], 0.0)
         toward = np.where(seen, direction @ self._axes[:3, :3].T, 0.0)
-        return _Legs(place.astype(np.float32), toward.astype(np.float32))
+        legs = _Legs(place.astype(np.float32), toward.astype(np.float32))
+        ends = np.where(hidden, _HIDDEN, np.where(seen[:, 0], _SEEN, _LOST))
+        return _Traced(legs, start, direction, ends, np.zeros(len(ends), np.uint32))
+
+
+def _add_disks(legs: _Legs, hits: dict[str, np.ndarray], exists: np.ndarray) -> None:
+    """What disks do to light, in legs that know nothing of them."""
+    passes = hits["transmission"]
+    brightest = passes.max(axis=1, keepdims=True)
+    legs.direction *= brightest.astype(np.float32)
+    legs.glow = np.where(exists[:, None], np.clip(hits["glow"], 0, _LARGEST), 0).astype(np.float16)
+    legs.tint = np.divide(passes, brightest, out=np.ones_like(passes), where=brightest > 0).astype(np.float16)
 
 
 def _write_band(tracer: _Tracer, prefix: Path, number: int, band: int) -> RelayMaps:
@@ -217,22 +273,20 @@ def _write_band(tracer: _Tracer, prefix: Path, number: int, band: int) -> RelayM
     stem = f"{prefix}{tracer.number:02}_{number:04}_"
     rows, columns = _centers(number * band, band, parts), _centers(0, width, parts)
     points = np.stack(np.meshgrid(columns, rows), axis=-1) - _MARGIN
-    legs, start, end = tracer.trace(points.reshape(-1, 2), parts)
+    traced = tracer.trace(points.reshape(-1, 2), parts)
     shape = len(rows), len(columns)
-    result = RelayMaps({}, legs.write(stem, shape), legs.place.shape[0], _lost(legs))
-    compressed = _is_compressed(
-        start.reshape(*shape, 3), end.reshape(*shape, 3), legs.direction.reshape(*shape, 3), parts
-    )
+    result = RelayMaps({}, traced.legs.write(stem, shape), len(points.reshape(-1, 2)), traced.lost)
+    compressed = _is_compressed(traced, shape, parts)
     cells = np.full(compressed.shape, -1.0, np.float32)
     cells[compressed] = np.arange(compressed.sum())
     result.files.append(Path(f"{stem}cells.exr"))
     write_exr(result.files[-1], {"R": cells}, {})
     if compressed.any():
         corners = np.argwhere(compressed)[:, ::-1] + (0, number * band) - _MARGIN
-        fine = _trace_cells(tracer, corners)
+        fine, lost = _trace_cells(tracer, corners)
         result.files += fine.write(f"{stem}fine_", _cells_shape(len(corners), parts * _FINER))
         result.fine_pixels = len(corners)
-        result.rays, result.lost = result.rays + len(fine.place), result.lost + _lost(fine)
+        result.rays, result.lost = result.rays + len(fine.place), result.lost + lost
     return result
 
 
@@ -241,22 +295,18 @@ def _centers(first: int, count: int, parts: int) -> np.ndarray:
     return first + (np.arange(count * parts) + 0.5) / parts
 
 
-def _lost(legs: _Legs) -> int:
-    return int((~legs.direction.any(axis=1)).sum())
-
-
-def _is_compressed(start: np.ndarray, end: np.ndarray, legs: np.ndarray, parts: int) -> np.ndarray:
-    """Which pixels (rows, columns) take finer parts: their rays spread much, or are lost in part.
-
-    Arguments: (rows * parts, columns * parts, 3) directions before and after, and in the maps.
-    """
-    seen = legs.any(axis=-1)
-    wide = np.zeros(seen.shape, bool)
+def _is_compressed(traced: _Traced, shape: tuple[int, int], parts: int) -> np.ndarray:
+    """Which pixels (rows, columns) take finer parts: their rays spread much, are lost in part, or do not all meet
+    disks equally often. traced: of `shape` parts."""
+    start, end = traced.start.reshape(*shape, 3), traced.end.reshape(*shape, 3)
+    fate, layers = traced.fate.reshape(shape), traced.layers.reshape(shape).astype(np.int64)
+    wide = np.zeros(shape, bool)
     for axis in (0, 1):
-        one, other = (np.take(seen, range(*span), axis) for span in ((0, seen.shape[axis] - 1), (1, seen.shape[axis])))
         before, after = (np.linalg.norm(np.diff(values, axis=axis), axis=-1) for values in (start, end))
+        one, other = (np.take(fate, range(*span), axis) for span in ((0, shape[axis] - 1), (1, shape[axis])))
         with np.errstate(invalid="ignore"):
-            spread = (one & other & (after > before + _COMPRESSION / parts)) | (one != other)
+            spread = (one == other) & (one != _LOST) & (after > before + _COMPRESSION / parts)
+        spread |= ((one == _LOST) != (other == _LOST)) | (np.diff(layers, axis=axis) != 0)
         wide[: spread.shape[0], : spread.shape[1]] |= spread
     rows, columns = wide.shape[0] // parts, wide.shape[1] // parts
     return wide.reshape(rows, parts, columns, parts).any(axis=(1, 3))
@@ -266,18 +316,25 @@ def _cells_shape(count: int, fine: int) -> tuple[int, int]:
     return math.ceil(count / _COLUMNS) * fine, _COLUMNS * fine
 
 
-def _trace_cells(tracer: _Tracer, corners: np.ndarray) -> _Legs:
-    """The fine maps, row by row, of the pixels with these lower left corners (n, 2); cells without a pixel are lost."""
+def _trace_cells(tracer: _Tracer, corners: np.ndarray) -> tuple[_Legs, int]:
+    """The fine maps, row by row, of the pixels with these lower left corners (n, 2), and how many of their rays are
+    lost. Cells without a pixel are as the first."""
     fine = tracer.settings.parts * _FINER
     inside = np.stack(np.meshgrid(_centers(0, 1, fine), _centers(0, 1, fine)), axis=-1).reshape(-1, 2)
     count = math.ceil(len(corners) / _COLUMNS) * _COLUMNS
-    place, direction = (np.zeros((count, fine * fine, 3), np.float32) for _ in range(2))
+    maps: dict[str, np.ndarray] = {}
+    lost = 0
     for first in range(0, len(corners), _FINE_PIXELS):
         chosen = corners[first : first + _FINE_PIXELS]
-        legs, _, _ = tracer.trace((chosen[:, None] + inside).reshape(-1, 2), fine)
-        place[first : first + len(chosen)] = legs.place.reshape(len(chosen), -1, 3)
-        direction[first : first + len(chosen)] = legs.direction.reshape(len(chosen), -1, 3)
-    return _Legs(*(_by_rows(values, fine) for values in (place, direction)))
+        traced = tracer.trace((chosen[:, None] + inside).reshape(-1, 2), fine)
+        lost += traced.lost
+        for name, values in vars(traced.legs).items():
+            if values is not None:
+                whole = maps.setdefault(name, np.empty((count, fine * fine, 3), values.dtype))
+                whole[first : first + len(chosen)] = values.reshape(len(chosen), -1, 3)
+    for whole in maps.values():
+        whole[len(corners) :] = whole[0]
+    return _Legs(**{name: _by_rows(values, fine) for name, values in maps.items()}), lost
 
 
 def _by_rows(cells: np.ndarray, fine: int) -> np.ndarray:

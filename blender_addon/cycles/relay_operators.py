@@ -6,18 +6,19 @@ import logging
 
 import bpy
 from bpy.app.handlers import persistent
+from bpy.app.translations import pgettext_iface as iface_
 from bpy.props import BoolProperty
 
-from ..report import RenderError
+from ..report import RenderError, Reporter
 from . import relay, render_state
 
 log = logging.getLogger(__name__)
 
 
-def _bake(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> str:
+def _bake(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, reporter: Reporter) -> str:
     """Bakes what no longer fits; says what came of it."""
     with render_state.as_rendered(view_layer) as depsgraph:
-        maps = relay.update(scene, depsgraph)
+        maps = relay.update(scene, depsgraph, reporter)
     if maps is None:
         return "No relay camera"
     text = f"{maps.rays / 1e6:.2f} million curved rays in {maps.seconds:.1f} s"
@@ -49,7 +50,7 @@ class BENTLIGHT_OT_relay_setup(_Operator, bpy.types.Operator):
         if not self.bake:
             return f"The scene's camera is '{camera.name}' now"
         try:
-            baked = _bake(context.scene, context.view_layer)
+            baked = _bake(context.scene, context.view_layer, Reporter(self.report))
         except Exception:
             relay.clear(context.scene)
             raise
@@ -84,7 +85,8 @@ class BENTLIGHT_PT_relay(bpy.types.Panel):
         column = self.layout.column()
         column.use_property_split = True
         if relay.source_of(context.scene.camera):
-            column.label(text=f"Curved rays of '{relay.source_of(context.scene.camera).name}'", icon="INFO")
+            text = iface_("Curved rays of '{}'").format(relay.source_of(context.scene.camera).name)
+            column.label(text=text, icon="INFO", translate=False)
             column.prop(context.scene.bentlight, "relay_parts")
             slices = column.row()
             slices.active = context.scene.render.use_motion_blur
@@ -101,7 +103,8 @@ def _before_render(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
     if scene.render.engine != "CYCLES" or relay.source_of(scene.camera) is None:
         return
     try:
-        log.info("%s", _bake(scene, scene.view_layers[0]))
+        reporter = Reporter(lambda level, text: log.warning("%s", text))
+        log.info("%s", _bake(scene, scene.view_layers[0], reporter))
     except (RenderError, OSError, RuntimeError) as error:
         relay.darken(scene)
         log.error("The relay camera has no maps, the picture stays black: %s", error)

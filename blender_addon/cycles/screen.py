@@ -1,5 +1,6 @@
-"""The screen of a relay camera, for pictures in which something moves: a square right before it with the shader that
-knows each ray's moment (osl/relay_screen.osl). Only camera rays see it."""
+"""The screen of a relay camera, for pictures in which something moves or accretion disks shine: a square right before
+it with the shader that knows each ray's moment and what it has gathered (osl/relay_screen.osl). Only camera rays see
+it."""
 
 from __future__ import annotations
 
@@ -12,7 +13,7 @@ _SHADER = "relay_screen"
 _NEAR = 1e-4  # of the screen's side: how far it is before the camera
 _CORNERS = ((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0))  # the image with more around it than a pixel filter sees
 _KINDS = {int: "NodeSocketInt", float: "NodeSocketFloat", str: "NodeSocketString"}
-_PARAMETERS = ("Maps", "Width", "Height", "Margin", "Band", "Parts", "Fine", "Slices")
+_PARAMETERS = ("Maps", "Width", "Height", "Margin", "Band", "Parts", "Fine", "Slices", "Disks")
 
 
 def find(relay: bpy.types.Object) -> bpy.types.Object | None:
@@ -21,10 +22,12 @@ def find(relay: bpy.types.Object) -> bpy.types.Object | None:
 
 
 def show(relay: bpy.types.Object, parameters: dict[str, int | float | str], side: float) -> None:
-    """Puts the screen before a relay camera that stands still; `side`: scene units."""
+    """Puts the screen before a relay camera; `side`: scene units."""
     screen = find(relay) or _build(relay)
-    screen.matrix_basis = mathutils.Matrix.LocRotScale((0, 0, -_NEAR * side), None, (side, side, side))
+    distance = _NEAR * side
+    screen.matrix_basis = mathutils.Matrix.LocRotScale((0, 0, -distance), None, (side, side, side))
     inputs = {name: (_KINDS[type(parameters[name])], parameters[name]) for name in _PARAMETERS}
+    inputs["Distance"] = ("NodeSocketFloat", distance)
     shaders.fill(screen.data.materials[0], _SHADER, inputs)
 
 

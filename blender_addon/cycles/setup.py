@@ -181,6 +181,8 @@ def update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         hole = lenses[name].parent.evaluated_get(depsgraph)
         light = disk.sockets(hole, item, scene.frame_current_final)
         light["Gravitational"] = ("NodeSocketFloat", scene.bentlight.gravitational)
-        lens.update(lenses[name], item, used, found.get(item.exit) if item.exit else None, light)
+        lens.update(
+            lenses[name], item, used, found.get(item.exit) if item.exit else None, light, radius.soft_edge(hole)
+        )
         own = disk.material(hole)
         disk_material.update(lenses[name].data.materials[0], own and own.evaluated_get(depsgraph))

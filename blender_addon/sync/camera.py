@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
+from typing import NamedTuple
+
 import bpy
 import numpy as np
+from bentlight_native import Aperture
 
 from ..report import RenderError
 from .scene_data import CameraData
@@ -21,6 +25,8 @@ _PANORAMA_PROPERTIES = {
         "central_cylindrical_range_v_min", "central_cylindrical_range_v_max", "central_cylindrical_radius",
     ),
 }  # fmt: skip
+_MILLIMETER = 1e-3  # scene units, whatever the scene's scale is: as in Cycles
+_LEAST_FSTOP, _LEAST_DISTANCE = 1e-5, 1e-6
 
 
 def image_size(render: bpy.types.RenderSettings) -> tuple[int, int]:
@@ -47,16 +53,63 @@ def read_camera(
     if kind is None or (lens.type == "PANO" and kind not in _PANORAMA_PROPERTIES):
         raise RenderError(f"Camera '{camera.name}': lens type {lens.type} is not supported")
     plane = _image_plane(lens, width * render.pixel_aspect_x, height * render.pixel_aspect_y)
+    world_from_camera = _without_scale(camera.name, world_from_camera)
     return CameraData(
         kind=kind,
-        world_from_camera=_without_scale(camera.name, world_from_camera),
+        world_from_camera=world_from_camera,
         width=width,
         height=height,
         window=_window(lens, plane, shift_x),
         clip_start=lens.clip_start,
         clip_end=lens.clip_end,
         panorama=_panorama(lens, plane) if lens.type == "PANO" else {},
+        aperture=_aperture(lens, world_from_camera) if lens.dof.use_dof else None,
     )
+
+
+class View(NamedTuple):
+    """How Blender draws a viewport: its size in pixels, matrices, and the distances at which it clips."""
+
+    size: tuple[int, int]
+    view_matrix: np.ndarray  # (4, 4), camera from world
+    window_matrix: np.ndarray  # (4, 4) of OpenGL; has lens, shift, and zoom and offset of the camera's view
+    clip: tuple[float, float]
+
+
+def read_free_view(view: View) -> CameraData:
+    """The camera of a viewport that looks through none."""
+    (width, height), matrix = view.size, view.window_matrix
+    is_perspective = matrix[3, 3] == 0
+    scale = np.array([matrix[0, 0], matrix[1, 1]])
+    middle = np.array([matrix[0, 2], matrix[1, 2]] if is_perspective else -matrix[:2, 3]) / scale
+    (left, bottom), (right, top) = middle - 1 / scale, middle + 1 / scale
+    return CameraData(
+        kind="PERSPECTIVE" if is_perspective else "ORTHOGRAPHIC",
+        world_from_camera=_without_scale("of the viewport", np.linalg.inv(view.view_matrix)),
+        width=width,
+        height=height,
+        window=(float(left), float(right), float(bottom), float(top)),
+        clip_start=view.clip[0],
+        clip_end=view.clip[1],
+    )
+
+
+def camera_frame(camera: bpy.types.Object, scene: bpy.types.Scene, view: View) -> tuple[float, float, float, float]:
+    """Where in a viewport that looks through a camera its picture is: left, right, bottom, top in [0, 1] of the
+    viewport, or outside."""
+    corners = np.array([[*corner, 1.0] for corner in camera.data.view_frame(scene=scene)]) @ view.window_matrix.T
+    places = 0.5 + 0.5 * corners[:, :2] / corners[:, 3:]
+    (left, bottom), (right, top) = places.min(axis=0), places.max(axis=0)
+    return float(left), float(right), float(bottom), float(top)
+
+
+def framed(camera: CameraData, size: tuple[int, int], part: tuple[float, float, float, float]) -> CameraData:
+    """A camera that takes another picture of that size, in the same direction: left, right, bottom and top are where
+    its edges are, the old picture's being 0 and 1."""
+    left, right, bottom, top = camera.window
+    x, y = right - left, top - bottom
+    window = (left + part[0] * x, left + part[1] * x, bottom + part[2] * y, bottom + part[3] * y)
+    return dataclasses.replace(camera, width=size[0], height=size[1], window=window)
 
 
 def _without_scale(name: str, matrix: np.ndarray) -> np.ndarray:
@@ -96,3 +149,23 @@ def _panorama(lens: bpy.types.Camera, plane: tuple[float, float, float]) -> dict
     if lens.panorama_type in {"FISHEYE_EQUISOLID", "FISHEYE_LENS_POLYNOMIAL"}:
         values |= {"sensor_width": sensor * x, "sensor_height": sensor * y}
     return values
+
+
+def _aperture(lens: bpy.types.Camera, world_from_camera: np.ndarray) -> Aperture:
+    """The opening for depth of field, as Cycles has it."""
+    dof = lens.dof
+    length = 1.0 if lens.type == "ORTHO" else lens.lens * _MILLIMETER
+    radius = length / (2 * max(dof.aperture_fstop, _LEAST_FSTOP))
+    distance = dof.focus_distance
+    if dof.focus_object is not None:
+        way = _focus(dof) - world_from_camera[:3, 3]
+        distance = abs(float(way @ world_from_camera[:3, 2]))
+    distance = max(distance, _LEAST_DISTANCE)
+    return Aperture(radius, distance, dof.aperture_blades, dof.aperture_rotation, dof.aperture_ratio)
+
+
+def _focus(dof: bpy.types.CameraDOFSettings) -> np.ndarray:
+    """World position of the object to focus on, or of its bone."""
+    matrix, target = dof.focus_object.matrix_world, dof.focus_object.pose
+    bone = target.bones.get(dof.focus_subtarget) if target and dof.focus_subtarget else None
+    return np.array((matrix @ bone.matrix if bone else matrix).translation, np.float64)

@@ -58,8 +58,7 @@ class _DiskWriter:
         mass = self._constant(extent.mass)
         first = compiler.emit("disk", mass, self._spin, immediates=(chart,))
         self._radius, self._azimuth, self._doppler, self._gravitational, self._order = range(first, first + 5)
-        values = map(self._constant, (pattern.phase, pattern.period, pattern.scale, pattern.contrast))
-        self._noise = compiler.emit("disk_pattern", self._radius, self._azimuth, self._spin, *values)
+        self._pattern = pattern
 
     def write(self) -> None:
         """Everything."""
@@ -70,7 +69,7 @@ class _DiskWriter:
             color, alpha = self._color()
             cover = self._multiply(cover, self._constant(self._settings.opacity), alpha)
             if self._settings.pattern > 0:
-                factor = self._noise + 1  # the operation's second output
+                factor = self._noise() + 1  # the operation's second output
                 color = self._multiply(color, factor)
                 cover = self._multiply(cover, self._math("MINIMUM", factor, 1.0))
             self.compiler.emit("emission", cover, color, self._constant(self._settings.strength))
@@ -87,6 +86,11 @@ class _DiskWriter:
         for other in others:
             first = self.compiler.emit("multiply", first, other)
         return first
+
+    def _noise(self) -> int:
+        pattern = self._pattern
+        values = map(self._constant, (pattern.phase, pattern.period, pattern.scale, pattern.contrast))
+        return self.compiler.emit("disk_pattern", self._radius, self._azimuth, self._spin, *values)
 
     def _cover(self) -> int:
         """1 on the disk, 0 outside; in between along a soft outer edge."""
@@ -159,6 +163,6 @@ class _DiskWriter:
         if material is None or node_tree(material) is None:
             raise RenderError(f"{self.compiler.owner}: its disk has no material with nodes: choose one")
         place, factors = (self._radius, self._azimuth), (self._shift(), self._doppler, self._gravitational)
-        values = (*place, *factors, self._order, self._noise)
+        values = (*place, *factors, self._order, self._noise())
         self.compiler.given = dict(zip(MATERIAL_ATTRIBUTES, values, strict=True))
         compile_output(self.compiler, node_tree(material), cover)

@@ -17,6 +17,7 @@ import bpy
 import numpy as np
 
 from ..report import RenderError
+from .memory import Memory
 
 _INTEGER_FORMATS = ("PNG", "TIFF", "JPEG2000", "DPX", "CINEON")  # that may have 16 bits per channel
 
@@ -32,15 +33,16 @@ class Pixels(NamedTuple):
 class ImageTable:
     """The images of a scene, each converted once. `images[i]` is image i of the native scene."""
 
-    def __init__(self) -> None:
+    def __init__(self, memory: Memory | None = None) -> None:
         self.images: list[Pixels] = []
         self._index: dict[Any, int] = {}
+        self._memory = memory or Memory()
 
     def index_of(self, image: Any, warn: Callable[[str], None]) -> int:
         """The index of a Blender image; reads it if it is new. Raises RenderError if it cannot be read."""
         key = image.name_full
         if key not in self._index:
-            self.images.append(image_pixels(image, warn))
+            self.images.append(self._memory.image(image, lambda: image_pixels(image, warn)))
             self._index[key] = len(self.images) - 1
         return self._index[key]
 

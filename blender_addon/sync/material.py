@@ -11,17 +11,22 @@ Indices are places in those lists, which are those of the native scene if it is 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import bpy
 from bentlight_native import Program, ProgramBuilder
 
 from ..report import Reporter
+from .aovs import compile_aovs
 from .attributes import AttributeKey, AttributeTable
 from .images import ImageTable, Pixels
+from .memory import Memory
 from .nodes import colors, inputs, procedural, shaders, textures, values  # noqa: F401  (they register their nodes)
 from .nodes.compiler import Compiler
+
+Aovs = Sequence[tuple[str, str]]  # name and type of the passes, as valid_aovs has them
+_DEFAULT_NAME = "default_surface"  # by which Cryptomatte knows the material of empty slots, as in Cycles
 
 
 class Compiled(NamedTuple):
@@ -32,7 +37,9 @@ class Compiled(NamedTuple):
     wanted: dict[int, AttributeKey]  # attributes that its nodes ask for, by their numbers
 
 
-def compile_material(material: Any, images: ImageTable, attributes: AttributeTable | None = None) -> Compiled:
+def compile_material(
+    material: Any, images: ImageTable, attributes: AttributeTable | None = None, aovs: Aovs = ()
+) -> Compiled:
     """The surface of a material. Adds the images and attributes that it uses to the tables; raises RenderError if an
     image is missing."""
     compiler = Compiler(f"Material '{material.name}'", images, bpy.app.version, material.pass_index)
@@ -43,10 +50,11 @@ def compile_material(material: Any, images: ImageTable, attributes: AttributeTab
         _viewport_surface(compiler, material)
     else:
         compile_output(compiler, tree)
+        compile_aovs(compiler, tree, aovs)
     return Compiled(compiler.builder.build(compiler.owner), compiler.warnings, compiler.wanted)
 
 
-def compile_world(world: Any, images: ImageTable) -> Compiled:
+def compile_world(world: Any, images: ImageTable, aovs: Aovs = ()) -> Compiled:
     """The background of a world; see compile_material."""
     compiler = Compiler(f"World '{world.name}'", images, bpy.app.version)
     tree = node_tree(world)
@@ -55,6 +63,7 @@ def compile_world(world: Any, images: ImageTable) -> Compiled:
         compiler.emit("emission", constant(1.0), constant(tuple(world.color)), constant(1.0))
     else:
         compile_output(compiler, tree)
+        compile_aovs(compiler, tree, aovs)
     return Compiled(compiler.builder.build(compiler.owner), compiler.warnings, compiler.wanted)
 
 
@@ -87,13 +96,15 @@ def _viewport_surface(compiler: Compiler, material: Any) -> None:
 class MaterialTable:
     """The materials, images and world of a scene, each compiled once; warnings go to the reporter."""
 
-    def __init__(self, reporter: Reporter) -> None:
+    def __init__(self, reporter: Reporter, memory: Memory | None = None, aovs: Aovs = ()) -> None:
         self._reporter = reporter
-        self._images = ImageTable()
+        self._aovs = aovs
+        self._images = ImageTable(memory)
         self._index: dict[str, int] = {}
         self._attributes = AttributeTable()
         self._wanted: dict[int, dict[int, AttributeKey]] = {}
         self.materials: list[Program] = []
+        self.labels: list[tuple[str, float]] = []  # name and pass index of each; "": not a material of the user's
         self.world: Program | None = None
 
     @property
@@ -112,8 +123,8 @@ class MaterialTable:
             return -1
         key = material.name_full
         if key not in self._index:
-            compiled = compile_material(material, self._images, self._attributes)
-            self._index[key] = self._add(self.reported(compiled).program)
+            compiled = compile_material(material, self._images, self._attributes, self._aovs)
+            self._index[key] = self._add(self.reported(compiled).program, material.name, float(material.pass_index))
             self._wanted[self._index[key]] = compiled.wanted
         return self._index[key]
 
@@ -136,14 +147,15 @@ class MaterialTable:
         }  # fmt: skip
         operands = [normal if value is None else builder.constant(value) for value in surface.values()]
         builder.emit("principled", *operands, immediates=("MULTI_GGX",))
-        return self._add(builder.build())
+        return self._add(builder.build(), _DEFAULT_NAME)
 
     def set_world(self, world: Any) -> None:
         """Compiles the world; None is black."""
-        self.world = None if world is None else self.reported(compile_world(world, self._images)).program
+        self.world = None if world is None else self.reported(compile_world(world, self._images, self._aovs)).program
 
-    def _add(self, program: Program) -> int:
+    def _add(self, program: Program, name: str = "", index: float = 0.0) -> int:
         self.materials.append(program)
+        self.labels.append((name, index))
         return len(self.materials) - 1
 
     def reported(self, compiled: Compiled) -> Compiled:
@@ -151,3 +163,19 @@ class MaterialTable:
         for warning in compiled.warnings:
             self._reporter.warn(warning)
         return compiled
+
+
+class NoMaterials(MaterialTable):
+    """The table of a scene whose surfaces and sky are for another renderer to shade: nothing is compiled but what is
+    added, as accretion disks are."""
+
+    def index_of(self, material: Any) -> int:
+        """Everything is gray."""
+        return -1
+
+    def principled(self) -> int:
+        """As all else."""
+        return -1
+
+    def set_world(self, world: Any) -> None:
+        """The sky stays black."""

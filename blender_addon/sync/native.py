@@ -21,8 +21,8 @@ def build_scene(data: SceneData, progress: bentlight_native.Progress | None = No
     for image in data.images:
         scene.add_image(*image)
     for material in data.materials:
-        _set_program(scene.add_material, material)
-    _set_program(scene.set_world, data.world)
+        set_program(scene.add_material, material)
+    set_program(scene.set_world, data.world)
     for mesh in data.meshes:
         index = scene.add_mesh(
             mesh.vertices,
@@ -36,9 +36,10 @@ def build_scene(data: SceneData, progress: bentlight_native.Progress | None = No
             scene.set_mesh_attribute(index, number, values)
     for instance in data.instances:
         _add_instance(scene, instance)
-    _set_suns(scene, data.suns)
-    _set_lamps(scene, data.lamps)
-    _set_spacetimes(scene, data.spacetimes, data.camera)
+    set_suns(scene, data.suns)
+    set_lamps(scene, data.lamps)
+    check_camera(data.spacetimes, data.camera)
+    set_spacetimes(scene, data.spacetimes)
     scene.set_gravitational(data.gravitational)
     set_camera(scene, data.camera)
     scene.commit(progress)
@@ -46,13 +47,23 @@ def build_scene(data: SceneData, progress: bentlight_native.Progress | None = No
 
 
 def set_camera(scene: bentlight_native.Scene, camera: CameraData) -> None:
-    """The camera alone; takes a commit to become visible."""
-    scene.set_camera(
-        camera.kind, camera.world_from_camera, camera.window, camera.clip_start, camera.clip_end, **camera.panorama
-    )
+    """The camera alone; takes a commit to become visible. Raises RenderError for settings that make no picture."""
+    try:
+        scene.set_camera(
+            camera.kind,
+            camera.world_from_camera,
+            camera.window,
+            camera.clip_start,
+            camera.clip_end,
+            aperture=camera.aperture,
+            **camera.panorama,
+        )
+    except ValueError as error:
+        raise RenderError(f"Camera: {error}") from error
 
 
-def _set_program(setter: Callable, program: bentlight_native.Program | None) -> None:
+def set_program(setter: Callable, program: bentlight_native.Program | None) -> None:
+    """Gives a material's or the world's program to a setter. Raises RenderError naming its owner."""
     try:
         setter(program)
     except ValueError as error:
@@ -80,7 +91,8 @@ def _add_instance(scene: bentlight_native.Scene, instance: InstanceData) -> None
         raise RenderError(f"Object '{instance.name}': {error}") from error
 
 
-def _set_suns(scene: bentlight_native.Scene, suns: list[SunData]) -> None:
+def set_suns(scene: bentlight_native.Scene, suns: list[SunData]) -> None:
+    """Replaces all suns."""
     scene.set_suns(
         [sun.direction for sun in suns],
         [sun.radiance for sun in suns],
@@ -92,7 +104,8 @@ def _set_suns(scene: bentlight_native.Scene, suns: list[SunData]) -> None:
     )
 
 
-def _set_lamps(scene: bentlight_native.Scene, lamps: list[LampData]) -> None:
+def set_lamps(scene: bentlight_native.Scene, lamps: list[LampData]) -> None:
+    """Replaces all lamps without size."""
     try:
         scene.set_lamps(
             [lamp.world_from_lamp for lamp in lamps],
@@ -104,13 +117,18 @@ def _set_lamps(scene: bentlight_native.Scene, lamps: list[LampData]) -> None:
         raise RenderError(f"Lights {', '.join(lamp.name for lamp in lamps)}: {error}") from error
 
 
-def _set_spacetimes(scene: bentlight_native.Scene, items: list[SpacetimeData], camera: CameraData) -> None:
+def check_camera(items: list[SpacetimeData], camera: CameraData) -> None:
+    """Raises RenderError for a camera where nothing can be seen from, and for spacetime objects that cannot be."""
     spacetime.check(items)
     place = camera.world_from_camera[:3, 3]
     for item in items:
         if spacetime.is_inside_core(item, place):
             where = "inside the horizon of black hole" if item.kind == "BLACK_HOLE" else "inside the throat of wormhole"
             raise RenderError(f"The camera is {where} '{item.name}'")
+
+
+def set_spacetimes(scene: bentlight_native.Scene, items: list[SpacetimeData]) -> None:
+    """Replaces all black holes and wormholes."""
     index = {item.name: i for i, item in enumerate(items)}
     scene.set_spacetime_objects(
         [

@@ -10,17 +10,21 @@ import numpy as np
 from ..properties import check_range
 from ..report import RenderError, Reporter
 from . import disk, light, mesh, spacetime
+from .aovs import valid_aovs
 from .attributes import OBJECT_KINDS, AttributeKey, read_object_attribute
+from .cycles_setting import cycles_setting
 from .disk_program import compile_disk
 from .hashing import WORD, hash_words
 from .light_linking import LightLinking
-from .material import MaterialTable
+from .material import MaterialTable, NoMaterials
+from .memory import Memory
 from .scene_data import CameraData, InstanceData, LampData, MeshData, SceneData, SpacetimeData, Visibility
 from .stars import read_stars
 
 _SINGULAR = 5e-7  # of the volume of the box that a matrix's columns could span: less may be rounding of float32
 _ZERO_SIZE = "Object '{}' has zero size: none of its faces has an area. To hide an object, disable it in renders"
-_UNSUPPORTED_TYPES = {"CURVES": "hair", "POINTCLOUD": "point clouds", "VOLUME": "volumes"}
+UNSUPPORTED_TYPES = {"CURVES": "hair", "POINTCLOUD": "point clouds", "VOLUME": "volumes"}
+_LAMP_BOUNCES = 1024  # Cycles' default
 _STUDIO_FLOOR = "FloorHidden"  # the material by whose name Blender's own engines know it
 
 
@@ -30,32 +34,49 @@ def read_scene(
     reporter: Reporter,
     studio: bool = False,
     should_stop: Callable[[], bool] = lambda: False,
+    bare: bool = False,
+    memory: Memory | None = None,
+    is_shown: Callable[[bpy.types.Object], bool] = lambda _: True,
 ) -> SceneData | None:
     """Everything that the view layer of `depsgraph` shows. Raises RenderError for what cannot be rendered.
 
+    bare: without what surfaces, lamps and the sky look like, which another renderer knows; disks have their material.
     In a studio, where Blender's previews are taken, the floor that hides from the camera is left out: less noise in
     small pictures of a few samples. None once `should_stop`, which is
-    asked before each object, says so.
+    asked before each object, says so. `memory`: of an earlier reading of the same depsgraph.
+    `is_shown`: of an object, or of the one that instances it, as in the local view of a viewport.
     """
-    reader = _SceneReader(depsgraph, camera, reporter, studio)
+    reader = _SceneReader(depsgraph, camera, reporter, studio, bare, memory or Memory())
     for instance in depsgraph.object_instances:
         if should_stop():
             return None
-        reader.add(instance)
+        if is_shown(instance.parent or instance.object):
+            reader.add(instance)
     return reader.finish()
 
 
 class _SceneReader:
     """Collects SceneData; stores no Blender data beyond one walk over the depsgraph."""
 
-    def __init__(self, depsgraph: bpy.types.Depsgraph, camera: CameraData, reporter: Reporter, studio: bool) -> None:
+    def __init__(
+        self,
+        depsgraph: bpy.types.Depsgraph,
+        camera: CameraData,
+        reporter: Reporter,
+        studio: bool,
+        bare: bool,
+        memory: Memory,
+    ) -> None:
+        memory.begin()
+        self._memory = memory
         self._reporter = reporter
-        self._studio = studio
+        self._studio, self._bare = studio, bare
         self._scene = depsgraph.scene_eval
         self._view_layer = depsgraph.view_layer_eval
         self._data = SceneData(camera=camera, gravitational=self._scene.bentlight.gravitational)
         self._meshes: dict[tuple, int | None] = {}
-        self._materials = MaterialTable(reporter)
+        aovs = valid_aovs(depsgraph.view_layer_eval)
+        self._materials = NoMaterials(reporter) if bare else MaterialTable(reporter, memory, aovs)
         self._without_faces: set[str] = set()
         self._instancers: set[str] = set()
         self._empty_slot: int | None = None
@@ -63,7 +84,8 @@ class _SceneReader:
         if self._view_layer.use_sky:
             world = self._view_layer_world(depsgraph.scene_eval)
             self._materials.set_world(world)
-            self._data.stars = None if studio else read_stars(world)
+            self._data.world_group = world.lightgroup if world else ""
+            self._data.stars = None if studio or bare else read_stars(world)
 
     def add(self, instance: bpy.types.DepsgraphObjectInstance) -> None:
         obj = instance.object
@@ -76,14 +98,14 @@ class _SceneReader:
             return
         if obj.bentlight.made_for_cycles != "NOTHING":
             return  # what Cycles needs
-        if not instance.show_self or obj.type not in {"MESH", "LIGHT", *_UNSUPPORTED_TYPES}:
+        if not instance.show_self or obj.type not in {"MESH", "LIGHT", *UNSUPPORTED_TYPES}:
             return
         if not np.isfinite(matrix).all():
             raise RenderError(f"Object '{obj.name}': its transform is not finite")
         if obj.type == "LIGHT":
             self._add_light(obj, instance.parent, matrix)
-        elif obj.type in _UNSUPPORTED_TYPES:
-            self._reporter.warn(f"Object '{obj.name}': {_UNSUPPORTED_TYPES[obj.type]} cannot be rendered yet")
+        elif obj.type in UNSUPPORTED_TYPES:
+            self._reporter.warn(f"Object '{obj.name}': {UNSUPPORTED_TYPES[obj.type]} cannot be rendered yet")
         elif self._view_layer.use_solid:
             self._add_geometry(instance, matrix)
 
@@ -92,6 +114,7 @@ class _SceneReader:
             self._reporter.warn(f"Object '{name}' has no faces, so there is nothing to see of it")
         self._data.images = self._materials.images
         self._data.materials = self._materials.materials
+        self._data.material_labels = self._materials.labels
         self._data.world = self._materials.world
         self._data.spacetimes = [item for item in self._data.spacetimes if item.kind != "BLACK_HOLE" or item.mass != 0]
         return self._data
@@ -108,6 +131,7 @@ class _SceneReader:
                 self._reporter.warn(f"Wormhole '{obj.name}': instances of wormholes are not supported; left out")
                 return
         hole = spacetime.read_spacetime(obj, matrix)
+        hole.carrier = _name_of(instance.parent)
         self._data.spacetimes.append(hole)
         if hole.kind == "BLACK_HOLE" and obj.bentlight.disk.enable and instance.show_self:
             self._add_disk(instance, hole)
@@ -132,9 +156,12 @@ class _SceneReader:
                 object_index=float(obj.pass_index),
                 color=tuple(obj.color),
                 random=_random_number(instance),
+                asset=_asset_name(obj),
+                light_group=obj.lightgroup,
                 influence=self._linking.influence(obj),
                 receiver_set=receiver_set,
                 blocker_set=blocker_set,
+                carrier=_name_of(instance.parent),
             )
         )
 
@@ -168,9 +195,12 @@ class _SceneReader:
                 color=tuple(obj.color),
                 random=_random_number(instance),
                 attributes=self._object_attributes(instance, wanted),
+                asset=_asset_name(obj),
+                light_group=obj.lightgroup,
                 influence=self._linking.influence(obj),
                 receiver_set=receiver_set,
                 blocker_set=blocker_set,
+                carrier=_name_of(instance.parent),
             )
         )
 
@@ -216,6 +246,11 @@ class _SceneReader:
         return self._meshes[key]
 
     def _read_mesh(self, obj: bpy.types.Object, wanted: dict[int, AttributeKey]) -> int | None:
+        data = self._memory.mesh(obj, wanted, lambda: self._sound_mesh(obj, wanted))
+        return None if data is None else self._append_mesh(data)
+
+    def _sound_mesh(self, obj: bpy.types.Object, wanted: dict[int, AttributeKey]) -> MeshData | None:
+        """The object's mesh without what cannot be rendered; None if that is all of it."""
         data = mesh.read_mesh(obj, wanted)
         broken = mesh.drop_broken_triangles(data)
         if broken:
@@ -226,7 +261,7 @@ class _SceneReader:
                 return None
         if not mesh.has_area(data):
             raise RenderError(_ZERO_SIZE.format(obj.name))
-        return self._append_mesh(data)
+        return data
 
     def _append_mesh(self, data: MeshData) -> int:
         self._data.meshes.append(data)
@@ -236,18 +271,23 @@ class _SceneReader:
         lamp = obj.data
         if not np.isfinite(lamp.energy * 2.0**lamp.exposure):
             raise RenderError(f"Light '{obj.name}': its power is not finite")
-        is_portal = lamp.type == "AREA" and lamp.cycles.is_portal  # which helps Cycles, and is no light
+        # A portal helps Cycles, and is no light.
+        is_portal = lamp.type == "AREA" and cycles_setting(lamp, "is_portal", False)
         if lamp.energy == 0 or is_portal:
             return
+        if self._bare and (lamp.type == "SUN" or lamp.energy < 0):
+            return  # nothing that rays meet
         if lamp.energy < 0:
             self._reporter.warn(f"Light '{obj.name}' has negative power, which is not supported; it gives no light")
             return
         visibility = self._visibility(obj, parent) & Visibility.ALL
-        influence = self._linking.influence(obj)._replace(max_bounces=lamp.cycles.max_bounces)
+        max_bounces = cycles_setting(lamp, "max_bounces", _LAMP_BOUNCES)
+        influence = self._linking.influence(obj)._replace(max_bounces=max_bounces)
         if not lamp.use_shadow:
             influence = influence._replace(blockers=0)
         if lamp.type == "SUN":
             sun = light.read_sun(lamp, matrix, self._materials)
+            sun.name, sun.light_group, sun.carrier = obj.name, obj.lightgroup, _name_of(parent)
             sun.visibility, sun.influence = visibility, influence
             self._data.suns.append(sun)
             return
@@ -257,9 +297,11 @@ class _SceneReader:
         if shape is None and not point:
             self._reporter.warn(f"Light '{obj.name}' has zero size; it is not rendered")
             return
-        material = light.read_material(lamp, axes, self._materials, self._reporter)
+        material = -1 if self._bare else light.read_material(lamp, axes, self._materials, self._reporter)
         if point:
-            self._data.lamps.append(LampData(obj.name, axes, material, visibility, influence))
+            self._data.lamps.append(
+                LampData(obj.name, axes, material, visibility, influence, obj.lightgroup, _name_of(parent))
+            )
         else:
             self._data.instances.append(
                 InstanceData(
@@ -269,7 +311,9 @@ class _SceneReader:
                     materials=(material,),
                     visibility=visibility | Visibility.IMMATERIAL,
                     one_sided=shape.one_sided,
+                    light_group=obj.lightgroup,
                     influence=influence,
+                    carrier=_name_of(parent),
                 )
             )
 
@@ -296,6 +340,17 @@ class _SceneReader:
 def _is_scattered(instance: bpy.types.DepsgraphObjectInstance) -> bool:
     """Whether another object placed the instance; curves and the like also instance their own mesh."""
     return instance.is_instance and instance.parent.original != instance.object.original
+
+
+def _name_of(obj: bpy.types.Object | None) -> str:
+    return obj.name if obj else ""
+
+
+def _asset_name(obj: bpy.types.Object) -> str:
+    """Of the topmost parent, or the object's own."""
+    while obj.parent:
+        obj = obj.parent
+    return obj.name
 
 
 def _is_singular(matrix: np.ndarray) -> bool:

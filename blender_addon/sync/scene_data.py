@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from bentlight_native import EVERYONE, Influence
+from bentlight_native import EVERYONE, Aperture, Influence
 
 
 class Visibility:
@@ -59,6 +59,9 @@ class InstanceData:
     receiver_set: int = 0  # by which the influence of others names it, as by the next
     blocker_set: int = 0
     is_disk: bool = False  # an accretion disk: no mesh of the user's
+    asset: str = ""  # name of the topmost parent, for Cryptomatte
+    light_group: str = ""  # of its own light; as of lamps, suns and the world, "": none
+    carrier: str = ""  # name of the object that instances it, as of lamps, suns and holes; "": none does
 
 
 @dataclass
@@ -70,6 +73,8 @@ class LampData:
     material: int
     visibility: int = Visibility.ALL
     influence: Influence = EVERYONE
+    light_group: str = ""
+    carrier: str = ""
 
 
 @dataclass
@@ -83,6 +88,9 @@ class SunData:
     world_from_sun: np.ndarray = field(default_factory=lambda: np.eye(4))
     visibility: int = Visibility.ALL
     influence: Influence = EVERYONE
+    light_group: str = ""
+    name: str = ""  # of the object
+    carrier: str = ""
 
 
 @dataclass
@@ -106,6 +114,7 @@ class SpacetimeData:
     throat_radius: float = 0.0
     sphere_radius: float = 0.0  # of influence; 0: automatic
     exit: str | None = None  # name of the other mouth
+    carrier: str = ""
 
     @property
     def scale(self) -> float:
@@ -136,6 +145,7 @@ class CameraData:
     clip_start: float
     clip_end: float
     panorama: dict[str, float] = field(default_factory=dict)  # the lens: Blender's property names and values
+    aperture: Aperture | None = None  # without, everything is sharp
 
 
 @dataclass
@@ -151,5 +161,7 @@ class SceneData:
     images: list[Any] = field(default_factory=list)
     materials: list[Any] = field(default_factory=list)
     world: Any = None
+    material_labels: list[tuple[str, float]] = field(default_factory=list)  # name and pass index of each; "": no user's
+    world_group: str = ""
     stars: StarData | None = None
     gravitational: float = 0.0  # how much gravity shifts light: Scene.set_gravitational

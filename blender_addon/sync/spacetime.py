@@ -67,17 +67,17 @@ def check(items: list[SpacetimeData]) -> None:
     """Raises RenderError for the first object that cannot be what it says."""
     by_name = {item.name: item for item in items}
     for item in items:
-        _check_one(item)
+        check_alone(item)
     for item in items:
-        if item.kind == "WORMHOLE":
-            _check_exit(item, by_name)
+        check_exit(item, by_name)
 
 
 def _title(item: SpacetimeData) -> str:
     return f"{KIND_NAMES[item.kind]} '{item.name}'"
 
 
-def _check_one(item: SpacetimeData) -> None:
+def check_alone(item: SpacetimeData) -> None:
+    """Raises RenderError if an object cannot be what it says, whatever else there is."""
     matrix = item.world_from_spacetime
     numbers = [item.mass, item.spin, item.throat_radius, item.sphere_radius]
     if not np.isfinite(matrix).all() or not np.isfinite(numbers).all():
@@ -96,7 +96,10 @@ def _check_one(item: SpacetimeData) -> None:
         raise RenderError(f"{_title(item)}: its throat radius must be positive")
 
 
-def _check_exit(item: SpacetimeData, by_name: dict[str, SpacetimeData]) -> None:
+def check_exit(item: SpacetimeData, by_name: dict[str, SpacetimeData]) -> None:
+    """Raises RenderError unless a wormhole's mouth leads to one that leads back; `by_name`: all that renders."""
+    if item.kind != "WORMHOLE":
+        return
     if item.exit is None:
         raise RenderError(f"{_title(item)} has no exit: choose the object that is its other mouth")
     if item.exit == item.name:

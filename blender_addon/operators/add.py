@@ -1,7 +1,9 @@
-"""Add > Black Hole and Add > Wormhole."""
+"""Add > Black Hole and Add > Wormhole, and what a wormhole lacks."""
 
 import bpy
 from bpy.props import FloatProperty, FloatVectorProperty
+
+_APART = 10  # throat radii between the mouths of a new wormhole
 
 
 def _add_empty(context: bpy.types.Context, name: str, location: tuple[float, float, float]) -> bpy.types.Object:
@@ -75,7 +77,7 @@ class BENTLIGHT_OT_wormhole_add(_AddOperator, bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         entrance = self.place(context)
         if not self.properties.is_property_set("exit_location"):
-            self.exit_location = (entrance[0] + 10 * self.throat_radius, *entrance[1:])
+            self.exit_location = (entrance[0] + _APART * self.throat_radius, *entrance[1:])
         mouths = [_add_empty(context, "Wormhole", place) for place in (entrance, self.exit_location)]
         for mouth in mouths:
             mouth.bentlight.throat_radius = self.throat_radius
@@ -85,25 +87,29 @@ class BENTLIGHT_OT_wormhole_add(_AddOperator, bpy.types.Operator):
         return {"FINISHED"}
 
 
-_CLASSES = (BENTLIGHT_OT_black_hole_add, BENTLIGHT_OT_wormhole_add)
+class BENTLIGHT_OT_exit_add(bpy.types.Operator):
+    """Add the other mouth of the active wormhole, ten throat radii away: what goes into one comes out of the other"""
+
+    bl_idname = "bentlight.exit_add"
+    bl_label = "Add Wormhole Exit"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        obj = context.object
+        return obj is not None and obj.bentlight.kind == "WORMHOLE" and obj.bentlight.exit is None
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        entrance = context.object
+        mouth = _add_empty(context, entrance.name, entrance.matrix_world.translation)
+        mouth.scale = (entrance.matrix_world.col[0].to_3d().length,) * 3
+        mouth.location.x += _APART * entrance.bentlight.throat_radius * mouth.scale.x
+        mouth.bentlight.throat_radius = entrance.bentlight.throat_radius
+        mouth.bentlight.kind = "WORMHOLE"
+        entrance.bentlight.exit = mouth
+        return {"FINISHED"}
 
 
-def _draw_add_menu(self: bpy.types.Menu, context: bpy.types.Context) -> None:
-    layout = self.layout
-    layout.separator()
-    layout.operator(BENTLIGHT_OT_black_hole_add.bl_idname, icon="SHADING_SOLID")
-    layout.operator(BENTLIGHT_OT_wormhole_add.bl_idname, icon="SHADING_WIRE")
+_CLASSES = (BENTLIGHT_OT_black_hole_add, BENTLIGHT_OT_wormhole_add, BENTLIGHT_OT_exit_add)
 
-
-def register() -> None:
-    """Adds the operators and their menu entries."""
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-    bpy.types.VIEW3D_MT_add.append(_draw_add_menu)
-
-
-def unregister() -> None:
-    """Removes them."""
-    bpy.types.VIEW3D_MT_add.remove(_draw_add_menu)
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(_CLASSES)

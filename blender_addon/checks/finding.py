@@ -1,0 +1,16 @@
+"""One thing that a user should know about a scene."""
+
+from typing import NamedTuple
+
+
+class Finding(NamedTuple):
+    """text: translated. owner: the object, material or world that it is about; kind: 'OBJECT', 'MATERIAL' or 'WORLD'.
+
+    about: names of other objects whose panels tell it too; node: the material's node.
+    """
+
+    text: str
+    kind: str
+    owner: str
+    about: tuple[str, ...] = ()
+    node: str = ""

@@ -1,0 +1,157 @@
+"""What is wrong with black holes and wormholes, and with what is near them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import bpy
+import mathutils
+import numpy as np
+from bpy.app.translations import pgettext_rpt as rpt_
+
+from ..cycles import lens, radius
+from ..overlay.circles import photon_orbit
+from ..report import RenderError
+from ..sync import spacetime
+from ..sync.scene_data import SpacetimeData
+from . import inside
+from .finding import Finding
+
+
+def read(view_layer: bpy.types.ViewLayer, depsgraph: bpy.types.Depsgraph) -> list[SpacetimeData]:
+    """What renders, whether it can be or not."""
+    return [
+        spacetime.read_spacetime(obj.evaluated_get(depsgraph), np.array(obj.evaluated_get(depsgraph).matrix_world))
+        for obj in view_layer.objects
+        if obj.bentlight.kind != "NONE" and not obj.hide_render
+    ]
+
+
+def impossible(items: list[SpacetimeData]) -> list[Finding]:
+    """Why these objects cannot be rendered; empty if they can."""
+    found = []
+    by_name = {item.name: item for item in items}
+    for item in items:
+        try:
+            spacetime.check_alone(item)
+            spacetime.check_exit(item, by_name)
+        except RenderError as error:
+            found.append(Finding(str(error), "OBJECT", item.name))
+    if not found:
+        try:
+            spacetime.influence_radii(items)
+        except RenderError as error:
+            about = tuple(item.name for item in items if f"'{item.name}'" in str(error))
+            found.append(Finding(str(error), "OBJECT", about[0] if about else items[0].name, about))
+    return found
+
+
+class Balls:
+    """Balls around meshes in their own coordinates, remembered until the meshes may have changed."""
+
+    def __init__(self) -> None:
+        self._known: dict[str, tuple[mathutils.Vector, float]] = {}
+
+    def forget(self, depsgraph: bpy.types.Depsgraph | None) -> None:
+        """After a change; see changes.listen."""
+        for update in depsgraph.updates if depsgraph else ():
+            if update.is_updated_geometry:
+                self._known.pop(update.id.name_full, None)
+        if depsgraph is None:
+            self._known.clear()
+
+    def around(self, obj: bpy.types.Object) -> tuple[mathutils.Vector, float]:
+        """Middle and radius in the world of a ball that holds an evaluated object."""
+        if obj.name_full not in self._known:
+            low, high = (mathutils.Vector(obj.bound_box[i]) for i in (0, 6))
+            self._known[obj.name_full] = (low + high) / 2, (high - low).length / 2
+        middle, radius = self._known[obj.name_full]
+        matrix = obj.matrix_world
+        longest = max(axis.length for axis in matrix.to_3x3().col)
+        return matrix @ middle, math.sqrt(3) * longest * radius  # a bound for shear too
+
+
+def near_horizons(
+    scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    depsgraph: bpy.types.Depsgraph,
+    items: list[SpacetimeData],
+    balls: Balls,
+) -> Iterator[Finding]:
+    """Meshes and the camera, where sound objects are too near."""
+    solid = [item for item in items if item.kind == "WORMHOLE" or item.mass > 0]
+    cores = [(item, mathutils.Vector(item.origin), float(inside.core_axes(item).max()) * item.scale) for item in solid]
+    for obj in view_layer.objects if cores else ():
+        if obj.type != "MESH" or obj.hide_render or obj.bentlight.made_for_cycles != "NOTHING":
+            continue
+        evaluated = obj.evaluated_get(depsgraph)
+        middle, radius = balls.around(evaluated)
+        for item, origin, size in cores:
+            if (middle - origin).length < radius + size and obj.name != item.name:
+                yield from _mesh(evaluated, item)
+    if scene.camera is not None:
+        camera = scene.camera.evaluated_get(depsgraph)
+        for item in solid:
+            yield from _camera(camera, item)
+
+
+def _mesh(obj: bpy.types.Object, item: SpacetimeData) -> Iterator[Finding]:
+    matrix = inside.core_from_world(item) @ np.array(obj.matrix_world)
+    corners = np.array(obj.bound_box) @ matrix[:3, :3].T + matrix[:3, 3]
+    if inside.box_distance(corners) >= 1:
+        return
+    vertices, triangles = _geometry(obj, matrix)
+    if inside.lies_inside(vertices):
+        text = rpt_("'{}' is inside '{}' and is not seen")
+    elif inside.reaches_inside(vertices, triangles):
+        text = rpt_("'{}' reaches into '{}': what is inside is not seen")
+    else:
+        return
+    yield Finding(text.format(obj.name, item.name), "OBJECT", obj.name, (item.name,))
+
+
+def _geometry(obj: bpy.types.Object, matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (n, 3), transformed, and triangles (m, 3)."""
+    mesh = obj.data
+    vertices = np.empty((len(mesh.vertices), 3), np.float32)
+    mesh.vertices.foreach_get("co", vertices.reshape(-1))
+    mesh.calc_loop_triangles()
+    triangles = np.empty((len(mesh.loop_triangles), 3), np.int32)
+    mesh.loop_triangles.foreach_get("vertices", triangles.reshape(-1))
+    return vertices @ matrix[:3, :3].T + matrix[:3, 3], triangles
+
+
+def _camera(camera: bpy.types.Object, item: SpacetimeData) -> Iterator[Finding]:
+    place = np.array(camera.matrix_world.translation)
+    if spacetime.is_inside_core(item, place):
+        text = rpt_("The camera is inside '{}', where nothing can be seen from")
+    elif item.kind == "BLACK_HOLE" and inside.masses_away(item, place) < photon_orbit(abs(item.spin)):
+        text = rpt_("The camera is closer to '{}' than light can orbit: the black hole fills most of its view")
+    else:
+        return
+    yield Finding(text.format(item.name), "OBJECT", camera.name, (item.name,))
+
+
+def lost_lamps(
+    scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    depsgraph: bpy.types.Depsgraph,
+    items: list[SpacetimeData],
+) -> Iterator[Finding]:
+    """Lamps inside of lenses: what blocks Cycles' shadow rays blocks all of their light."""
+    lenses = lens.find(scene)
+    held = [
+        radius.with_lens_radius(item, scene.objects[item.name].evaluated_get(depsgraph))
+        for item in items
+        if item.name in lenses and item.name in scene.objects
+    ]
+    radii = spacetime.influence_radii(held) if held else []
+    for obj in view_layer.objects:
+        if obj.type != "LIGHT" or obj.data.type == "SUN" or obj.hide_render:
+            continue
+        place = np.array(obj.evaluated_get(depsgraph).matrix_world.translation)
+        for item, used in zip(held, radii, strict=True):
+            if np.linalg.norm(place - item.origin) < used:
+                text = rpt_("'{}' is inside the lens of '{}', and its light does not get out of it in Cycles")
+                yield Finding(text.format(obj.name, item.name), "OBJECT", obj.name, (item.name,))

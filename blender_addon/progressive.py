@@ -1,0 +1,198 @@
+"""A picture that is rendered over and over while the scene changes: coarse at once, then finer. Knows no bpy.
+
+One thread does all that touches the native scene, edits too: whoever asks for a change waits for nothing. A change ends
+the picture in hand, but not before its first coarse one is done, so that something moves on the screen however fast
+changes come.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, wait
+from dataclasses import dataclass, replace
+
+import bentlight_native
+import numpy as np
+
+from .session import Tile, sample_rounds, spiral_tiles
+
+THREAD_NAME = "bentlight previews"
+"""Of the one thread that each picture in the making has, besides those that render its tiles."""
+
+_TILE_SIZE = 32
+_COARSEST = 16  # pixels of the screen that one of the first picture may stand for, in each direction
+_STEP = 2  # each picture is so much finer than the one before
+_FIRST_SECONDS = 0.12  # that the first picture may take
+
+
+@dataclass(frozen=True)
+class Wish:
+    """A picture to be made: `edit` the scene, which it returns, and then render it. Edits do not build on each other:
+    where another wish comes before this one is begun, only that one's is made.
+
+    settings: of the full size; sample_count is where it ends. smallest_pixel: of the finest picture, in pixels of the
+    screen.
+    """
+
+    edit: Callable[[], bentlight_native.Scene | None]
+    settings: bentlight_native.RenderSettings
+    smallest_pixel: int = 1
+
+
+@dataclass(frozen=True)
+class Preview:
+    """What there is of a picture: (height, width, 4) float32 from the bottom up, associated alpha, linear."""
+
+    pixels: np.ndarray
+    samples: int  # of each pixel of the full size; 0: it is coarse
+    wish: Wish
+
+
+class Progressive:
+    """Renders wishes on threads of its own, the newest only; every method may be called from any thread."""
+
+    def __init__(self, threads: int, on_picture: Callable[[], None]) -> None:
+        """on_picture is called, on a thread, whenever there is something new to show or `failure` to tell."""
+        self._pool = ThreadPoolExecutor(max(1, threads), "bentlight tile")
+        self._threads = max(1, threads)
+        self._on_picture = on_picture
+        self._changed = threading.Condition()  # guards the next five
+        self._wish: Wish | None = None
+        self._stopped = False
+        self._progress: bentlight_native.Progress | None = None
+        self._preview: Preview | None = None
+        self._failure: Exception | None = None
+        self._pixels_per_second = 1e5  # a guess, and measured from the first picture on
+        self._thread = threading.Thread(target=self._run, name=THREAD_NAME, daemon=True)
+        self._thread.start()
+
+    @property
+    def preview(self) -> Preview | None:
+        """The newest picture."""
+        with self._changed:
+            return self._preview
+
+    @property
+    def failure(self) -> Exception | None:
+        """Why the last wish came to nothing; None if it did not."""
+        with self._changed:
+            return self._failure
+
+    def render(self, wish: Wish) -> None:
+        """Makes this the picture to be rendered."""
+        with self._changed:
+            self._wish = wish
+            if self._progress:
+                self._progress.cancel()
+            self._changed.notify_all()
+
+    def close(self) -> None:
+        """Stops all threads and waits for them. May be called again."""
+        with self._changed:
+            self._stopped = True
+            if self._progress:
+                self._progress.cancel()
+            self._changed.notify_all()
+        self._thread.join()
+        self._pool.shutdown()
+
+    def _run(self) -> None:
+        while (wish := self._next()) is not None:
+            try:
+                self._make(wish)
+            except bentlight_native.Cancelled:
+                continue
+            except Exception as failure:
+                with self._changed:
+                    self._failure = failure
+                self._on_picture()
+
+    def _next(self) -> Wish | None:
+        with self._changed:
+            self._changed.wait_for(lambda: self._wish or self._stopped)
+            wish, self._wish = self._wish, None
+            return None if self._stopped else wish
+
+    def _make(self, wish: Wish) -> None:
+        scene = wish.edit()
+        if scene is None:
+            return
+        scale = self._first_scale(wish)
+        self._render(scene, wish, scale, may_cancel=False)
+        while scale > wish.smallest_pixel:
+            scale = max(scale // _STEP, wish.smallest_pixel)
+            self._render(scene, wish, scale, may_cancel=True)
+
+    def _first_scale(self, wish: Wish) -> int:
+        pixels, scale = wish.settings.width * wish.settings.height, wish.smallest_pixel
+        while scale < _COARSEST and pixels / scale**2 > self._pixels_per_second * _FIRST_SECONDS:
+            scale *= _STEP
+        return scale
+
+    def _render(self, scene: bentlight_native.Scene, wish: Wish, scale: int, may_cancel: bool) -> None:
+        """One picture at 1/scale of the size: a sample a pixel, or if it is the last one all of them."""
+        width, height = -(-wish.settings.width // scale), -(-wish.settings.height // scale)
+        settings = replace(wish.settings, width=width, height=height)
+        is_last = scale == wish.smallest_pixel
+        channels = {name: np.zeros((height, width, n), np.float32) for name, n in _channels(settings, is_last).items()}
+        for first, count in sample_rounds(wish.settings.sample_count) if is_last else [(0, 1)]:
+            start = time.monotonic()
+            part = replace(settings, first_sample=first, sample_count=count, resume=first > 0)
+            done = self._take(scene, part, channels, may_cancel or first > 0)
+            if first == 0:
+                self._pixels_per_second = width * height / max(time.monotonic() - start, 1e-4)
+            with self._changed:
+                self._preview = Preview(channels["combined"].copy(), first + count if is_last else 0, wish)
+                self._failure = None
+            self._on_picture()
+            if first and not done:
+                break
+
+    def _take(
+        self,
+        scene: bentlight_native.Scene,
+        settings: bentlight_native.RenderSettings,
+        channels: dict[str, np.ndarray],
+        may_cancel: bool,
+    ) -> int:
+        """Adds samples to all of a picture; returns how many. Cancelled if there is another wish."""
+        progress = bentlight_native.Progress()
+        with self._changed:
+            if self._stopped or (may_cancel and self._wish):
+                raise bentlight_native.Cancelled("another picture is wanted")
+            self._progress = progress if may_cancel else None
+
+        tiles = spiral_tiles(0, 0, settings.width, settings.height, _TILE_SIZE)
+        try:
+            works = [self._pool.submit(_render_tile, scene, settings, tile, channels, progress) for tile in tiles]
+            wait(works)  # all: the next edit must find nobody at work
+            return sum(work.result() for work in works)
+        finally:
+            with self._changed:
+                self._progress = None
+
+
+def _render_tile(
+    scene: bentlight_native.Scene,
+    settings: bentlight_native.RenderSettings,
+    tile: Tile,
+    channels: dict[str, np.ndarray],
+    progress: bentlight_native.Progress,
+) -> int:
+    """Adds samples to a tile of a picture; returns how many."""
+    where = slice(tile.y, tile.y + tile.height), slice(tile.x, tile.x + tile.width)
+    part = {name: np.ascontiguousarray(values[where]) for name, values in channels.items()}
+    done = scene.render_tile(tile.x, tile.y, tile.width, tile.height, settings, part, progress)
+    for name, values in channels.items():
+        values[where] = part[name]
+    return done.samples
+
+
+def _channels(settings: bentlight_native.RenderSettings, is_last: bool) -> dict[str, int]:
+    """Components by name of what a picture, and the next round of it, need."""
+    names = ["combined"]
+    if is_last:
+        names += ["sample_count", *(("noise_partial", "noise_scatter") if settings.noise_threshold else ())]
+    return {name: bentlight_native.CHANNELS[name].components for name in names}

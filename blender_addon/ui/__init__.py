@@ -1,0 +1,19 @@
+"""Bentlight's own panels, one module for each tab of the Properties editor."""
+
+import bpy
+
+from . import camera, cycles, motion_blur, object, overlay, render, view_layer, warnings, world
+
+CLASSES = (
+    *warnings.CLASSES,
+    *render.CLASSES,
+    *motion_blur.CLASSES,
+    *view_layer.CLASSES,
+    *world.CLASSES,
+    *object.CLASSES,
+    *camera.CLASSES,
+    *cycles.CLASSES,
+    *overlay.CLASSES,
+)
+
+register, unregister = bpy.utils.register_classes_factory(CLASSES)
