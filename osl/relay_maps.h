@@ -9,24 +9,23 @@
  *   <path><slice>_<band>_cells: a number a pixel: -1, or that of its cell in the fine maps, where the image is compressed;
  *   <path><slice>_<band>_place, _direction: parts x parts for each pixel;
  *   <path><slice>_<band>_fine_place, _fine_direction: fine x fine for each cell.
- * The length of a direction is how bright the light that comes that way is to the camera; 0: the ray is lost, the sample is
- * black. */
+ * The length of a direction is how bright the light that comes that way is to the camera; 0: none comes.
+ *
+ * Accretion disks are no surfaces to Cycles: the core has evaluated them where rays cross them. Only if there are any, each
+ * set has as many values of
+ *   <path><slice>_<band>_glow, _fine_glow: radiance of the disks on the ray's way, each dimmed by those before it;
+ *   <path><slice>_<band>_tint, _fine_tint: the color that they give to the light from behind them, 1 in its brightest channel;
+ * or a single one, if all are the same. */
 #ifndef BENT_OSL_RELAY_MAPS_H
 #define BENT_OSL_RELAY_MAPS_H
 
 struct RelayMaps {
-  string path; /* how the files' names begin; "": none could be made */
+  string path; /* how the files' names begin */
   int width, height; /* of the image, in pixels */
   int margin; /* pixels around the image that the maps have too */
   int band; /* pixel rows */
   int parts, fine; /* of a pixel, or of a cell, in each direction */
 };
-
-/* The texel that has the fractions s, t of a map. */
-color relay_texel(string map, float s, float t)
-{
-  return texture(map, s, t, 0, 0, 0, 0, "interp", "closest", "wrap", "clamp");
-}
 
 /* Slices take their parts shifted against each other, by less than half a part: together they see more places. As
  * relay_maps.py has it, in pixels. */
@@ -35,12 +34,20 @@ float relay_shift(int slice, float step, int parts)
   return (mod(slice * step + 0.5, 1) - 0.5) / parts;
 }
 
-/* The leg for a place of the image, as fractions of its width and height from the lower left corner. */
-void relay_leg(RelayMaps maps, int slice, float across, float up, output point place, output vector direction)
+/* What is known of a place of the image: fractions s, t of files whose paths begin with `path`. */
+struct RelayPart {
+  string path;
+  float s, t;
+};
+
+color relay_value(RelayPart part, string name)
 {
-  place = 0;
-  direction = 0;
-  if (maps.path == "") return;
+  return texture(concat(part.path, name, ".exr"), part.s, part.t, 0, 0, 0, 0, "interp", "closest", "wrap", "clamp");
+}
+
+/* The part for a place, as fractions of the image's width and height from the lower left corner. */
+RelayPart relay_part(RelayMaps maps, int slice, float across, float up)
+{
   float edge = 0.5 / maps.parts; /* half a part inside of the maps */
   int columns = maps.width + 2 * maps.margin, rows = maps.height + 2 * maps.margin;
   float x = across * maps.width + maps.margin - relay_shift(slice, 0.7548777, maps.parts);
@@ -49,17 +56,23 @@ void relay_leg(RelayMaps maps, int slice, float across, float up, output point p
   y = clamp(y, edge, rows - edge);
   int band = int(y) / maps.band;
   string path = format("%s%02d_%04d_", maps.path, slice, band);
-  float s = x / columns, t = (y - band * maps.band) / maps.band;
-  float cell = texture(concat(path, "cells.exr"), s, t, 0, 0, 0, 0, "interp", "closest", "wrap", "clamp");
-  if (cell >= 0) {
-    path = concat(path, "fine_");
+  RelayPart part = {path, x / columns, (y - band * maps.band) / maps.band};
+  color cell = relay_value(part, "cells");
+  if (cell[0] >= 0) {
+    part.path = concat(path, "fine_");
     int size[2];
-    gettextureinfo(concat(path, "place.exr"), "resolution", size);
-    int cells = size[0] / maps.fine, number = int(cell);
-    s = (mod(number, cells) + x - floor(x)) * maps.fine / size[0];
-    t = (number / cells + y - floor(y)) * maps.fine / size[1];
+    gettextureinfo(concat(part.path, "place.exr"), "resolution", size);
+    int cells = size[0] / maps.fine, number = int(cell[0]);
+    part.s = (mod(number, cells) + x - floor(x)) * maps.fine / size[0];
+    part.t = (number / cells + y - floor(y)) * maps.fine / size[1];
   }
-  place = point(relay_texel(concat(path, "place.exr"), s, t));
-  direction = vector(relay_texel(concat(path, "direction.exr"), s, t));
+  return part;
+}
+
+/* The leg of a part. */
+void relay_leg(RelayPart part, output point place, output vector direction)
+{
+  place = point(relay_value(part, "place"));
+  direction = vector(relay_value(part, "direction"));
 }
 #endif
