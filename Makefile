@@ -6,13 +6,15 @@
 #   make bench          measures speed and errors (output/bench/bench.md)
 #   make package        the installable Blender extension (dist)
 #   make test-blender   installs that in the real Blender application and renders (needs root; not part of `test`)
+#   make blends         examples/*.blend: scenes with thumbnails
+#   make cross          compiles the core for Windows, macOS and arm64 (docs/packages.md)
 #   make clean          removes what all this built, the virtual environments excepted
 
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: render test test-python test-python-4.5 test-sanitized lint bench package test-blender clean
+.PHONY: render test test-python test-python-4.5 test-sanitized lint bench package test-blender blends cross clean
 .DEFAULT_GOAL := render
 
 python := .venv/bin/python
@@ -57,6 +59,13 @@ test-blender: package
 	tests/blender/make_tree.sh "$$BENTLIGHT_BLENDER_DIR"
 	BENTLIGHT_ZIP=$$(echo dist/bentlight-*.zip) $(python) -m pytest tests/blender/check_application.py
 
+# By the oldest Blender that is supported: newer ones open what it writes.
+blends: build/native-4.5.stamp
+	$(python_4.5) examples/save_blends.py
+
+cross: build/cross/ready
+	build/cross/venv/bin/python tests/tools/cross_compile.py build/cross
+
 clean:
 	rm -rf build dist output
 
@@ -72,6 +81,11 @@ native := $(shell find native -not -name __pycache__ -not -name '*.pyc')
 
 .venv-4.5/ready: tests/requirements/bpy-4.5.txt $(requirements)
 	tests/tools/make_venv.sh .venv-4.5 $<
+	touch $@
+
+build/cross/ready: tests/requirements/cross.txt
+	python3 -m venv build/cross/venv
+	build/cross/venv/bin/python $(pip_build) install --requirement $<
 	touch $@
 
 build/wheel.stamp: $(native) | .venv/ready

@@ -28,13 +28,15 @@ class RelayCost:
         return self.before + FULL_HD * (memory - self.before)
 
 
-def measure() -> RelayCost:
-    """The scene of examples/cycles_relay.py, 4 x 4 parts a pixel, rendered by Cycles with one sample."""
-    done = subprocess.run([sys.executable, __file__], capture_output=True, text=True, check=True, cwd=ROOT)
+def measure(motion_blur: bool = False) -> RelayCost:
+    """The scene of examples/cycles_relay.py, 4 x 4 parts a pixel, rendered by Cycles with one sample; still, or while
+    its monkey moves."""
+    arguments = [sys.executable, __file__, *(["--motion-blur"] if motion_blur else [])]
+    done = subprocess.run(arguments, capture_output=True, text=True, check=True, cwd=ROOT)
     return RelayCost(**json.loads(done.stdout.splitlines()[-1]))
 
 
-def _work() -> RelayCost:
+def _work(motion_blur: bool) -> RelayCost:
     sys.path[:0] = [str(ROOT), str(ROOT / "examples")]
     import bpy
     import cycles_relay
@@ -45,6 +47,13 @@ def _work() -> RelayCost:
     scene = cycles_relay.build()
     scene.render.resolution_x, scene.render.resolution_y = RESOLUTION
     scene.cycles.samples = 1
+    if motion_blur:
+        scene.render.use_motion_blur = True
+        monkey = bpy.data.objects["Suzanne"]
+        for frame in range(3):
+            monkey.location.x += 0.3
+            monkey.keyframe_insert("location", frame=frame)
+        scene.frame_set(1)
     before, _ = memory.used_and_peak()
     with render_state.as_rendered(bpy.context.view_layer) as depsgraph:
         maps = relay.update(scene, depsgraph)
@@ -60,4 +69,4 @@ def _work() -> RelayCost:
 
 
 if __name__ == "__main__":
-    sys.stdout.write(f"\n{json.dumps(asdict(_work()))}\n")
+    sys.stdout.write(f"\n{json.dumps(asdict(_work('--motion-blur' in sys.argv)))}\n")

@@ -125,35 +125,43 @@ def lens_section(times: bench_lens.LensTimes) -> str:
     )
 
 
-def relay_section(cost: bench_relay.RelayCost) -> str:
+def relay_section(still: bench_relay.RelayCost, moving: bench_relay.RelayCost) -> str:
     """Rays and memory of the relay camera's maps."""
     width, height = bench_relay.RESOLUTION
-    memory = [("before", cost.before), ("after the bake", cost.baked), ("after the render", cost.rendered)]
-    rows = [[name, f"{value:.0f}", f"{cost.in_full_hd(value):.0f}"] for name, value in memory]
+    rows = []
+    for picture, cost in (("still", still), ("motion blur", moving)):
+        memory = [("before", cost.before), ("after the bake", cost.baked), ("after the render", cost.rendered)]
+        rows += [[picture, name, f"{value:.0f}", f"{cost.in_full_hd(value):.0f}"] for name, value in memory]
     return (
         f"## The relay camera, {width} x {height}, 4 x 4 rays a pixel and more at the hole\n\n"
-        f"{cost.rays / 1e6:.1f} million rays in {cost.seconds:.1f} s ({cost.rays / cost.seconds / 1e6:.2f} million a "
-        f"second); {cost.maps:.0f} MiB of maps. The goal in 1920 x 1080 is 2048 MiB.\n\n"
-        + table(["most memory", "MiB", "in 1920 x 1080 at most"], rows)
+        f"{still.rays / 1e6:.1f} million rays in {still.seconds:.1f} s ({still.rays / still.seconds / 1e6:.2f} million "
+        f"a second); {still.maps:.0f} MiB of maps, with motion blur {moving.maps:.0f}. The goal in 1920 x 1080 is 2048 "
+        "MiB.\n\n" + table(["picture", "most memory", "MiB", "in 1920 x 1080 at most"], rows)
     )
 
 
 def lights_section(results: list[bench_lights.Efficiency]) -> str:
     """What each way to find light costs to a given error, beside chance (or Bentlight beside Cycles)."""
+    head = ["room", "light by", "samples x seeds", "seconds", "error", "gain at equal time"]
+    head += [f"{bench_lights.CONFIDENCE:.0%} interval", "without the worst"]
     first = {}
     rows = []
     for each in results:
         reference = first.setdefault(each.room, each)
-        gains = [f"{gain(reference, each):.3g}" for gain in (bench_lights.gain, bench_lights.gain_without_worst)]
         error = f"{each.error2**0.5:.4f}"
-        rows.append([each.room, each.way.lower(), each.samples, f"{each.seconds:.2f}", error, *gains])
+        row = [each.room, each.way.lower(), f"{each.samples} x {len(each.pictures)}", f"{each.seconds:.2f}", error]
+        if each is not reference:
+            low, high = bench_lights.gain_interval(reference, each)
+            row += [f"{bench_lights.gain(reference, each):.3g}", f"{low:.3g} to {high:.3g}"]
+            row += [f"{bench_lights.gain_without_worst(reference, each):.3g}"]
+        rows.append(row + [""] * (len(head) - len(row)))
     width, height = bench_lights.RESOLUTION
     return (
         f"## Noise against time, {width} x {height}\n\nThe error is the root of the mean squared deviation from the "
         "expected picture, told from pictures of several seeds. The gain: how many times lower the mean squared error "
-        "is in the same time than in the room's first line; and the same without the worst "
-        f"{bench_lights.WORST:.0%} of the pixels.\n\n"
-        + table(["room", "light by", "samples", "seconds", "error", "gain at equal time", "without the worst"], rows)
+        "is in the same time than in the room's first line; the interval where other seeds and pixels would mostly "
+        "put it, as far as these tell (bootstrap); and the gain without the worst "
+        f"{bench_lights.WORST:.0%} of the pixels.\n\n" + table(head, rows)
     )
 
 
@@ -210,7 +218,7 @@ def main() -> None:
     log.info("lens")
     sections.append(lens_section(bench_lens.measure()))
     log.info("relay camera")
-    sections.append(relay_section(bench_relay.measure()))
+    sections.append(relay_section(bench_relay.measure(), bench_relay.measure(motion_blur=True)))
     log.info("lights")
     sections.append(lights_section(bench_lights.measure_all()))
     log.info("flicker")

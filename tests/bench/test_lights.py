@@ -7,8 +7,12 @@ import pytest
 
 
 def ways(*pairs):
-    """Efficiencies of pictures of 10 x 10 pixels from (seconds, variance of each half and pixel)."""
-    return [bench_lights.Efficiency("", "", 1, seconds, np.reshape(v, (2, 10, 10))) for seconds, v in pairs]
+    """Efficiencies of pictures of 10 x 10 pixels from (seconds, variance of each half and pixel): two seeds a half."""
+    made = []
+    for seconds, variance in pairs:
+        deviation = np.sqrt(np.reshape(variance, (2, 1, 10, 10, 1)) / 2) * np.reshape([1, -1], (2, 1, 1, 1))
+        made.append(bench_lights.Efficiency("", "", 1, seconds, np.repeat(deviation.reshape(4, 10, 10, 1), 3, axis=-1)))
+    return made
 
 
 def test_the_worst_pixels_are_left_out():
@@ -23,13 +27,31 @@ def test_the_worst_pixels_are_left_out():
     assert bench_lights.gain_without_worst(first, other) == pytest.approx(1 + 9999 / 99)
 
 
+def test_the_interval_holds_the_gain():
+    """Of normal noise of known variance it holds the true gain in about 95 of 100 trials, and it is not wide. Where one
+    pixel has most of the noise, and only in one way, it says that nobody knows.
+    """
+    random = np.random.default_rng(3)
+    held, widths = 0, []
+    for _ in range(60):
+        first, other = (
+            bench_lights.Efficiency("", "", 1, seconds, random.normal(0, deviation, (8, 8, 8, 3)))
+            for seconds, deviation in ((2.0, 3.0), (1.0, 2.0))
+        )
+        low, high = bench_lights.gain_interval(first, other)
+        held += low < 2 * 9 / 4 < high
+        widths.append(high / low)
+    assert held >= 60 * 0.95 - 3 * (60 * 0.95 * 0.05) ** 0.5
+    assert np.median(widths) < 1.5
+    first.pictures[0, 0, 0] = 1000
+    low, high = bench_lights.gain_interval(first, other)
+    assert low < 9 and high > 1000
+
+
 def test_caustics_from_both_ends(monkeypatch):
     """In the example the mean squared error is 4 times lower in the same time, without the worst pixels too."""
     monkeypatch.setattr(bench_lights, "RESOLUTION", (64, 36))
     scene = caustic_glass.build()
-    path, both = (
-        bench_lights.measure(scene, "caustic_glass", way, samples)
-        for way, samples in (("BOTH", 24), ("BIDIRECTIONAL", 12))
-    )
+    path, both = bench_lights.measure(scene, "caustic_glass", {"BOTH": 24, "BIDIRECTIONAL": 12})
     assert bench_lights.gain(path, both) > 4
     assert bench_lights.gain_without_worst(path, both) > 4

@@ -6,6 +6,7 @@ Not collected by `make test`: it needs root and Debian's Blender. `make test-ble
 import os
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ import OpenEXR
 import pytest
 
 HERE = Path(__file__).parent
+ROOT = HERE.parents[1]
 
 
 @pytest.fixture(scope="session")
@@ -26,8 +28,8 @@ def blender(shared):
     """A function that runs Blender with some arguments and returns its exit code and output."""
     tree = os.environ["BENTLIGHT_BLENDER_DIR"]
 
-    def run(*arguments):
-        command = [HERE / "in_tree.sh", tree, shared, "blender", *arguments]
+    def run(*arguments, command="blender", shared=shared):
+        command = [HERE / "in_tree.sh", tree, shared, command, *arguments]
         done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=300)
         return done.returncode, done.stdout
 
@@ -85,3 +87,41 @@ def test_bad_scene_fails_with_its_reason(blender, scenes, shared):
     assert code == 1, output
     assert "horizon" in output
     assert not list(shared.glob("bad_*"))
+
+
+@pytest.fixture(scope="session")
+def drive(blender):
+    """A function that runs a driver in the true window; screenshots are left in output/window."""
+
+    def run(name, *arguments, scene=None, shared):
+        pictures = shared / "window"
+        pictures.mkdir(exist_ok=True)
+        for source in (HERE / "window.sh", *HERE.glob("*.py")):
+            shutil.copy(source, shared)
+        scene = [scene] if scene else []
+        driver = ("--python", f"/share/drive_{name}.py", "--", "/share/window", *arguments)
+        code, output = blender(*scene, *driver, command="/share/window.sh", shared=shared)
+        shutil.copytree(pictures, ROOT / "output" / "window", dirs_exist_ok=True)
+        assert code == 0, output
+        assert "Traceback" not in output and "rna_uiItem" not in output, output
+        assert output.rstrip().endswith(f"{name} fine"), output
+
+    return run
+
+
+def test_a_viewport_in_the_true_window(drive, scenes, shared):
+    """Orbit, edits, undo, other engines, memory, what cannot be rendered."""
+    drive("viewport", scene="/share/good.blend", shared=shared)
+
+
+def test_every_panel_and_the_overlay_in_the_true_window(drive, scenes, shared):
+    """Each panel in each state, and the overlay in each shading: Blender prints what they raise while drawn."""
+    drive("panels", shared=shared)
+
+
+def test_an_artist_installs_uses_and_removes_it_in_the_true_window(drive, tmp_path):
+    """By menus and keys; what is left behind is looked for."""
+    shutil.copy(os.environ["BENTLIGHT_ZIP"], tmp_path / "bentlight.zip")
+    command = [sys.executable, ROOT / "examples" / "cycles_lens.py", "-o", tmp_path / "lenses.blend"]
+    subprocess.run(command, check=True)
+    drive("artist", "/share/bentlight.zip", "/share/lenses.blend", shared=tmp_path)

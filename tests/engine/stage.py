@@ -109,7 +109,7 @@ def read_exr(path: Path) -> dict[str, np.ndarray]:
             for name, channel in part.channels.items():
                 owner, _, component = name.rpartition(".")
                 passes.setdefault(f"{owner}.{view}".rstrip("."), {})[component] = channel.pixels
-    order = "RGBAXYZVUW"
+    order = "RGBrgbXYZUVWAa"
     return {
         owner: np.stack([parts[c] for c in sorted(parts, key=order.index)], axis=-1)[::-1].astype(np.float32)
         for owner, parts in passes.items()

@@ -367,10 +367,8 @@ def test_lamps_of_all_sizes_need_no_warning(capfd, tmp_path):
 
 
 def test_what_is_not_supported_is_said(capfd, tmp_path):
-    camera = stage.add_camera((0, 0, 5))
-    camera.data.dof.use_dof = True
-    bpy.context.scene.render.use_motion_blur = True
+    stage.add_camera((0, 0, 5))
     light = stage.add_light("AREA", size=1.0)
     light.data.spread = 0.0
     said = " ".join(warnings(capfd, tmp_path))
-    assert "depth of field" in said and "otion blur" in said and "spread" in said
+    assert "spread" in said

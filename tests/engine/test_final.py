@@ -64,6 +64,17 @@ def test_a_border_is_the_same_part_of_the_picture(tmp_path):
     assert (uncropped[outside] == 0).all()
 
 
+@pytest.mark.parametrize("lines", [(10, 34), (1, 47), (16, 31)])
+def test_a_border_of_whole_pixels_is_filled(lines, tmp_path):
+    """Fractions of 48 lines that are not exact: Blender's rounding is ours."""
+    render = simple_scene().render
+    whole = stage.render(tmp_path)["Combined"]
+    render.use_border = render.use_crop_to_border = True
+    render.border_min_x, render.border_max_x = 0.0, 1.0
+    render.border_min_y, render.border_max_y = (line / 48 for line in lines)
+    assert np.array_equal(stage.render(tmp_path)["Combined"], whole[slice(*lines)])
+
+
 @pytest.mark.parametrize("axis", "xy")
 @pytest.mark.parametrize(("low", "high"), [(0.5, 0.501), (0.7, 0.3)])
 def test_an_empty_border_is_refused_by_blender_and_harms_nothing(axis, low, high, tmp_path):

@@ -9,15 +9,13 @@ from blender_addon.passes import PASSES
 from tests.engine import stage
 
 SKY, GLOW = (0.1, 0.8, 0.2), (3.0, 0.5, 0.25)
-TOGGLES = ("z", "normal", "position", "emit", "environment")
-OURS = ("error", "winding", "fate", "denoising")
+TOGGLES = tuple(item.toggle for item in PASSES if item.name != "Combined")
 
 
 def enable_all(layer: bpy.types.ViewLayer) -> None:
-    for name in TOGGLES:
-        setattr(layer, f"use_pass_{name}", True)
-    for name in OURS:
-        setattr(layer.bentlight, f"use_pass_{name}", True)
+    for toggle in TOGGLES:
+        owner, name = (layer.bentlight, toggle.split(".")[1]) if "." in toggle else (layer, toggle)
+        setattr(owner, name, True)
 
 
 @pytest.fixture

@@ -40,5 +40,5 @@ def test_an_icon_is_free_of_fireflies(icon):
 
 
 def test_icons_warn_of_nothing(capfd, icon):
-    """Their scene is Blender's: nobody can mend its depth of field."""
+    """Their scene is Blender's: nobody can mend it."""
     assert "not supported" not in "".join(capfd.readouterr())

@@ -10,6 +10,7 @@ import pytest
 
 import blender_addon
 from blender_addon import compatibility, operators, properties, ui
+from blender_addon.ui import influence
 from tests.engine import stage
 
 
@@ -25,7 +26,7 @@ def everything_of_ours() -> dict[str, object]:
         "owners": [hasattr(owner, "bentlight") for owner in (bpy.types.Scene, bpy.types.Object, bpy.types.ViewLayer)],
         "panels": our_panels(),
         "menu": [
-            f.__name__ for f in bpy.types.VIEW3D_MT_add._dyn_ui_initialize() if f.__module__ == operators.__name__
+            f.__name__ for f in bpy.types.VIEW3D_MT_add._dyn_ui_initialize() if f.__module__ == operators.menus.__name__
         ],
     }
 
@@ -40,7 +41,7 @@ def test_register_and_unregister_are_clean_and_idempotent():
     blender_addon.unregister()
     blender_addon.register()
     assert everything_of_ours() == registered
-    assert registered["menu"] == ["_draw_add_menu"]
+    assert registered["menu"] == ["_draw_add"]
 
 
 def test_a_script_that_registers_comes_to_its_end():
@@ -83,7 +84,7 @@ def test_every_setting_says_what_it_is():
         for item in settings.bl_rna.properties:
             if item.identifier not in {"rna_type", "name"}:
                 assert item.name and len(item.description) > 20, item.identifier
-    for panel in ui._CLASSES:
+    for panel in ui.CLASSES:
         assert panel.bl_label
 
 
@@ -153,12 +154,12 @@ def test_the_panel_tells_how_far_light_is_bent():
     bpy.ops.bentlight.black_hole_add(mass=0.1, location=(0, 0, 0))
     first = bpy.context.object
     layer = bpy.context.view_layer
-    assert ui.describe_influence(first, layer) == "Bends light everywhere, exactly"
+    assert influence.describe_influence(first, layer) == "Bends light everywhere, exactly"
     bpy.ops.bentlight.black_hole_add(mass=0.2, location=(8, 0, 0))
-    text = ui.describe_influence(first, layer)
+    text = influence.describe_influence(first, layer)
     assert text == f"Bends light within 4; leaves out up to {deflection(40):.2g} rad"
-    assert f"{deflection(20):.2g} rad" in ui.describe_influence(bpy.context.object, layer)
+    assert f"{deflection(20):.2g} rad" in influence.describe_influence(bpy.context.object, layer)
     bpy.context.object.bentlight.sphere_radius = 0.3  # within the photon sphere
-    assert "leaves out rays that would fall in" in ui.describe_influence(bpy.context.object, layer)
+    assert "leaves out rays that would fall in" in influence.describe_influence(bpy.context.object, layer)
     bpy.context.object.hide_render = True
-    assert ui.describe_influence(bpy.context.object, layer) == "Not rendered"
+    assert influence.describe_influence(bpy.context.object, layer) == "Not rendered"

@@ -63,7 +63,7 @@ SHARP = {"transparent", "subsurface", "subsurface_layer"}
 
 def closure_choices():
     """(operation, immediates) of all that add lobes, as the core lists them: what is new there is here too."""
-    without = {"emission", "holdout"}
+    without = {"emission", "holdout", "aov"}
     adding = {name: row for name, row in OPERATIONS.items() if row.outputs == 0 and name not in without}
     choices = {name: [names for names in row.choices if names] for name, row in adding.items()}  # no plain numbers
     return {(name, choice) for name in adding for choice in itertools.product(*choices[name])}

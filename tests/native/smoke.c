@@ -207,7 +207,7 @@ static void *render_half(void *argument)
   for (size_t i = 0; i < count; i++)
     if (!strcmp(table[i].name, "combined")) channels[i] = &half->combined[0][0][0];
   half->status = bent_scene_render_tile(half->scene, half->right ? WIDTH / 2 : 0, 0, WIDTH / 2, HEIGHT, half->settings,
-                                        channels, NULL, &half->statistics, &half->progress, NULL);
+                                        channels, NULL, NULL, &half->statistics, &half->progress, NULL);
   return NULL;
 }
 

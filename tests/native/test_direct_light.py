@@ -62,6 +62,16 @@ def test_lamps_behind_the_surface_give_nothing():
     assert (patch_radiance(scene) == 0).all()
 
 
+def test_wide_lamps_below_the_surface_are_not_drawn():
+    """However near: no chance is left in the light of the other lamp."""
+    scene = new_scene()
+    add_lamps(scene, (1, 2, 2), intensity=7.0)
+    below = np.eye(4)
+    below[2, 3] = -0.01
+    add(scene, quad(4, 4), emission((5, 5, 5)), at=below)
+    assert patch_radiance(scene) == pytest.approx(7 * (2 / 3) / 9 / np.pi, rel=1e-5)
+
+
 @pytest.mark.parametrize("threshold", [0.0, 0.01, 10.0])
 def test_many_lamps_add_up(threshold):
     """Their mean, each drawn by chance, and traced by chance where it brings little: a Z-test."""

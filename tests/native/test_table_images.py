@@ -79,13 +79,15 @@ def test_lens_sphere_copy(table, tmp_path):
         SampledTable.read(table.spacetime, *paths, 2 * sphere)
 
 
-def test_another_library_reads_the_file(tmp_path):
+@pytest.mark.parametrize("kind", [np.float32, np.float16])
+def test_another_library_reads_the_file(kind, tmp_path):
     """The reference OpenEXR library sees the same pixels and strings."""
-    image = {"B": np.arange(12, dtype=np.float32).reshape(3, 4), "A": np.full((3, 4), np.pi, np.float32)}
+    image = {"B": np.arange(12, dtype=kind).reshape(3, 4), "A": np.full((3, 4), np.pi, kind)}
     write_exr(tmp_path / "image.exr", image, {"note": "text"})
     with OpenEXR.File(str(tmp_path / "image.exr"), separate_channels=True) as file:
         assert file.header()["note"] == "text"
         for name, pixels in image.items():
+            assert file.channels()[name].pixels.dtype == kind
             assert np.array_equal(file.channels()[name].pixels, pixels)
     channels, strings = read_exr(tmp_path / "image.exr")
     assert strings["note"] == "text"

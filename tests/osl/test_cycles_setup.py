@@ -9,8 +9,8 @@ import objects
 import pytest
 import rendering
 
-from blender_addon import ui
 from blender_addon.cycles import files, lens, radius, setup, shaders
+from blender_addon.ui import influence
 
 
 @pytest.fixture(autouse=True)
@@ -123,6 +123,16 @@ def test_the_lens_keeps_camera_and_meshes_outside_if_it_can(scene):
     (warning,) = warnings
     assert "Near" in warning and "Wall" not in warning
     assert radius.distances(scene, bpy.context.evaluated_depsgraph_get(), hole.location)["Near"] == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize("place", [(5, 5, 5), (0.7, 0.1, 0), (1, 2, 3)])
+def test_lenses_that_touch_do_not_overlap_by_rounding(scene, place):
+    holes = [add_hole(), add_hole()]
+    holes[1].location = place
+    bpy.context.view_layer.update()
+    bpy.ops.bentlight.cycles_setup()
+    apart = (holes[1].location - holes[0].location).length
+    assert apart * (1 - 1e-5) < sum(hole.bentlight.lens_radius for hole in holes) <= apart
 
 
 def test_the_sphere_of_influence_is_the_lens(scene):
@@ -293,9 +303,9 @@ def test_the_shadow_is_opaque_and_the_sky_around_it_is_not(scene, tmp_path):
 
 def test_panels_tell_what_a_lens_leaves_out(scene):
     hole = add_hole()
-    assert ui.describe_influence(hole, bpy.context.view_layer) == "Bends light everywhere, exactly"
-    assert ui.describe_influence(hole, bpy.context.view_layer, lenses=True) == "Not set up for Cycles"
-    for own, left_out in ((4, "0.11"), (8, "0.052")):
-        hole.bentlight.lens_radius = own
-        text = ui.describe_influence(hole, bpy.context.view_layer, lenses=True)
+    assert influence.describe_influence(hole, bpy.context.view_layer) == "Bends light everywhere, exactly"
+    assert influence.describe_influence(hole, bpy.context.view_layer, lenses=True) == "Not set up for Cycles"
+    for own, soft_edge, left_out in ((4, 0.0, "0.11"), (8, 0.0, "0.052"), (8, 0.5, "0.055")):
+        hole.bentlight.lens_radius, hole.bentlight.lens_soft_edge = own, soft_edge
+        text = influence.describe_influence(hole, bpy.context.view_layer, lenses=True)
         assert text == f"Bends light within {own}; leaves out up to {left_out} rad"

@@ -105,6 +105,48 @@ def test_bending_grows_from_nothing_at_the_seam(scene):
     assert bent[inside][-1] < 0.04 * curvature
 
 
+def show_places(half_width: float) -> None:
+    """Before the camera, behind the hole, a wall whose color is the place on it in the world."""
+    material = bpy.data.materials.new("Places")
+    material.use_nodes = True
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    nodes.clear()
+    place, light, output = (nodes.new(f"ShaderNode{kind}") for kind in ("NewGeometry", "Emission", "OutputMaterial"))
+    links.new(place.outputs["Position"], light.inputs["Color"])
+    links.new(light.outputs["Emission"], output.inputs["Surface"])
+    side = 2 * half_width
+    objects.quad("Wall", (-half_width, 4, -half_width), (side, 0, 0), (0, 0, side), material)
+
+
+@pytest.mark.parametrize("kind", ["isotropic", "kerr"])
+def test_a_soft_edge_turns_rays_less_and_less(kind, scene):
+    """By the part of the core's bending that smoothstep keeps; and without spin their distance from the hole stays as
+    it was, so that they gain and lose no light. Further in nothing changes."""
+    show_directions(scene)
+    objects.camera((0.3, -8, 1.3), (0, 0, 0), lens_mm=50)
+    ahead = directions(scene)
+    (hole,) = add_spacetime(kind)
+    soft = hole.bentlight.lens_soft_edge = 0.3
+    hole.bentlight.lens_radius = hole.bentlight.sphere_radius
+    bpy.ops.bentlight.cycles_setup()
+    shown = directions(scene)
+    core = by_core([hole], scene.camera.location, ahead)["direction"]
+    b = np.linalg.norm(np.cross(scene.camera.location, ahead), axis=1) / 2.0
+    inside = ((1 - b) / soft).clip(0, 1)
+    kept = (inside**2 * (3 - 2 * inside))[:, None]
+    outer = b > 0.65  # rays do not fall in
+    expected = (1 - kept) * ahead + kept * core
+    expected /= np.linalg.norm(expected, axis=1, keepdims=True)
+    fading = (inside > 0) & (inside < 1)
+    assert fading.mean() > 0.15 and (np.linalg.norm(core - expected, axis=1)[fading] > 0.02).mean() > 0.3
+    error = np.linalg.norm(shown - expected, axis=1)[outer]
+    assert np.sqrt(np.mean(error**2)) < 7e-7 and error.max() < 1e-5  # as without a soft edge
+    if kind == "isotropic":
+        show_places(30)
+        after = np.linalg.norm(np.cross(directions(scene), shown), axis=1) / 2.0
+        assert np.abs(after - b)[outer].max() < 2e-5
+
+
 def room(scene: bpy.types.Scene, kind: str) -> None:
     """Diffuse walls under a shining plate and a blue sky, around a hole."""
     scene.render.resolution_x, scene.render.resolution_y = 60, 36

@@ -114,6 +114,7 @@ def test_it_comes_and_goes_with_motion_blur(tmp_path):
     """Without it there is no screen; in the end nothing is left, and the language that the screen needs is off."""
     shining_room()
     scene = cycles()
+    scene.bentlight.relay_parts = 2
     own = picture(tmp_path)
     bpy.ops.bentlight.relay_setup()
     sharp = picture(tmp_path)

@@ -1,5 +1,6 @@
 """The extension's zip: what is in it, what its native wheel needs, and that Blender installs and renders with it."""
 
+import json
 import os
 import re
 import subprocess
@@ -91,6 +92,14 @@ def test_the_wheel_is_for_every_python_from_3_11_on(archive, library):
     assert not [name for name in used if stable.get(name, (9, 9)) > (3, 11)]
 
 
+def test_an_audit_finds_the_stable_abi_alone(wheel):
+    command = [sys.executable, "-m", "abi3audit", "--strict", "--report", wheel]
+    done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True, timeout=60)
+    ((wanted,),) = ([item["result"] for item in spec["wheel"]] for spec in json.loads(done.stdout)["specs"].values())
+    assert wanted["is_abi3"] and wanted["is_abi3_baseline_compatible"]
+    assert wanted["baseline"] == "3.11"
+
+
 def test_the_library_needs_libc_and_libm_alone(library):
     needed = re.findall(r"\(NEEDED\).*\[(.*)\]", readelf("--dynamic", library))
     assert set(needed) <= {"libc.so.6", "libm.so.6"}
@@ -111,9 +120,10 @@ def test_it_holds_no_path_of_the_machine_that_built_it(archive, library):
 
 def test_blender_installs_it_and_renders(archive, tmp_path):
     script = HERE / "install_and_render.py"
-    environment = {**os.environ, "BLENDER_USER_RESOURCES": str(tmp_path / "user")}
+    environment = {**os.environ, "BLENDER_USER_RESOURCES": str(tmp_path / "user"), "TMPDIR": str(tmp_path / "scratch")}
     environment.pop("PYTHONPATH", None)
-    (tmp_path / "user").mkdir()
+    for folder in ("user", "scratch"):
+        (tmp_path / folder).mkdir()
     command = [sys.executable, script, archive, tmp_path / "frame.exr"]
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -14,7 +14,7 @@ from tests.engine import cycles_pictures, stage
 from tests.engine.stage import blender  # noqa: F401 (a fixture)
 from tests.images.image_statistics import block_means, compare
 
-SEEDS, SAMPLES = 6, 192
+SEEDS, SAMPLES = 6, 256
 SAMPLES_BEHIND = 768  # rough glass is noisy in Cycles
 HEIGHT = 6  # pixels, of tiles and pictures
 ROW = ("diffuse", "metal", "glass")

@@ -1,0 +1,84 @@
+"""What drivers of Blender's true window share: screenshots, keys, and steps that leave Blender time in between.
+
+A driver ends with `run(steps, "NAME")`: `steps` is a generator function, and a step is what comes before
+a `yield` of the seconds that Blender gets to itself then. Exit code 0 and a last line "NAME fine" if all went well.
+"""
+
+import os
+import subprocess
+import sys
+import time
+import traceback
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+OUT = Path(sys.argv[sys.argv.index("--") + 1])
+F3, F12 = "69", "96"  # keys' codes: by their names xdotool sends them together with Alt
+
+
+def window() -> bpy.types.Window:
+    """The first one, which is the only one."""
+    return bpy.context.window_manager.windows[0]
+
+
+def area(kind: str) -> bpy.types.Area | None:
+    """The largest one of a kind, if there is any."""
+    found = [area for area in window().screen.areas if area.type == kind]
+    return max(found, key=lambda area: area.width * area.height, default=None)
+
+
+def box(area: bpy.types.Area) -> tuple[int, int, int, int]:
+    """x, y, width, height on a screenshot, y from its top."""
+    return area.x, window().height - area.y - area.height, area.width, area.height
+
+
+def shot(name: str) -> Path:
+    """Takes a screenshot; returns its file."""
+    path = OUT / f"{name}.png"
+    subprocess.check_call(["scrot", "-o", str(path)])
+    return path
+
+
+def read(path: Path) -> np.ndarray:
+    """A screenshot: (height, width, 3) float32, rows upwards. While Blender 5.2 renders it would hang."""
+    image = bpy.data.images.load(str(path))
+    pixels = np.empty(len(image.pixels), np.float32)
+    image.pixels.foreach_get(pixels)
+    pixels = pixels.reshape(image.size[1], image.size[0], 4)[..., :3]
+    bpy.data.images.remove(image)
+    return pixels
+
+
+def press(kind: str, *keys: str) -> None:
+    """Presses keys, one after the other, while the mouse is over the middle of the area of a kind."""
+    x, y, width, height = box(area(kind))
+    subprocess.check_call(["xdotool", "mousemove", str(x + width // 2), str(y + height // 2)])
+    time.sleep(0.1)
+    subprocess.check_call(["xdotool", "key", *keys])
+
+
+def write(text: str) -> None:
+    """Types, where the keyboard's focus is."""
+    subprocess.check_call(["xdotool", "type", "--delay", "60", text])
+
+
+def run(steps: Callable[[], Iterator[float]], name: str) -> None:
+    """Lets Blender go through the steps as soon as its window is up, and end with an exit code."""
+    plan = steps()
+
+    def drive() -> float | None:
+        try:
+            return next(plan)
+        except StopIteration:
+            print(f"{name} fine", flush=True)
+            os._exit(0)
+        except BaseException:
+            traceback.print_exc()
+            sys.stderr.flush()
+            os._exit(4)
+
+    bpy.context.preferences.view.show_splash = False
+    bpy.app.timers.register(drive, first_interval=max(1.0, 3.0 - time.process_time()), persistent=True)

@@ -1,0 +1,206 @@
+"""Warnings come exactly when they should, name what they are about, and lead there."""
+
+import math
+
+import bpy
+import numpy as np
+import pytest
+
+from blender_addon import checks
+from blender_addon.checks import inside
+from blender_addon.sync.scene_data import SpacetimeData
+from tests.engine import stage
+
+
+def texts() -> list[str]:
+    bpy.context.view_layer.update()
+    return [found.text for found in checks.of_scene(bpy.context)]
+
+
+@pytest.fixture
+def hole():
+    """Its horizon has a radius of 1 as drawn."""
+    bpy.ops.bentlight.black_hole_add(mass=2.0, location=(0, 0, 0))
+    bpy.context.object.name = "Hole"
+    return bpy.context.object
+
+
+def test_nothing_to_tell_of_a_good_scene(hole):
+    stage.add_camera(location=(0, -30, 0))
+    stage.add_square(20.0, location=(0, 0, -2))
+    stage.add_light("POINT", location=(0, 0, 5))
+    stage.set_world((1, 1, 1))
+    assert texts() == []
+
+
+@pytest.mark.parametrize(("height", "expected"), [(1.001, False), (0.999, True), (-0.999, True), (-1.001, False)])
+def test_a_wall_is_told_as_it_reaches_the_horizon(hole, height, expected):
+    """All corners of the wall are far outside."""
+    stage.add_square(50.0, location=(0, 0, height), name="Wall")
+    assert texts() == (["'Wall' reaches into 'Hole': what is inside is not seen"] if expected else [])
+
+
+def test_a_room_around_the_hole_is_none_of_it(hole):
+    bpy.ops.mesh.primitive_cube_add(size=6, location=(0, 0, 0))
+    assert texts() == []
+    bpy.context.object.scale = (0.33, 1, 1)  # two walls at 0.99
+    assert len(texts()) == 1
+
+
+def test_what_is_wholly_inside(hole):
+    stage.add_square(0.5, name="Tile")
+    assert texts() == ["'Tile' is inside 'Hole' and is not seen"]
+    bpy.data.objects["Tile"].hide_render = True
+    assert texts() == []
+
+
+@pytest.mark.parametrize(
+    ("place", "expected"), [((0, 0, 1.45), 0), ((0, 0, 1.4), 1), ((1.7, 0, 0), 1), ((1.75, 0, 0), 0)]
+)
+def test_the_horizon_of_a_spinning_hole_is_flat(hole, place, expected):
+    """Spin 0.9, mass 1: r+ = 1.436 along the axis, sqrt(r+^2 + a^2) = 1.695 across."""
+    hole.bentlight.mass, hole.bentlight.spin = 1.0, 0.9
+    stage.add_square(0.02, location=place)
+    assert len(texts()) == expected
+
+
+def test_modifiers_count(hole):
+    wall = stage.add_square(1.0, location=(0, 0, 3), name="Wall")
+    assert texts() == []
+    wall.modifiers.new("Displace", "DISPLACE").strength = -4.2  # by half of this
+    assert len(texts()) == 1
+
+
+def test_distances_to_triangles_are_those_of_the_nearest_of_many_points():
+    rng = np.random.default_rng(3)
+    corners = rng.normal(size=(200, 3, 3)) * rng.uniform(0.1, 3, (200, 1, 1)) + rng.normal(size=(200, 1, 3))
+    u, v = np.meshgrid(np.linspace(0, 1, 200), np.linspace(0, 1, 200))
+    keep = u + v <= 1
+    weights = np.stack([1 - u - v, u, v], axis=-1)[keep]
+    for triangle, distance in zip(corners, inside._distances(corners), strict=True):
+        nearest = np.linalg.norm(weights @ triangle, axis=1).min()
+        step = np.linalg.norm(triangle - np.roll(triangle, 1, axis=0), axis=1).max() / 199
+        assert nearest - step <= distance <= nearest + 1e-12
+
+
+def test_the_camera_inside_and_too_close(hole):
+    """Light orbits at 3 masses, drawn at M (3 - 1 + sqrt(9 - 6)) / 2 = 3.732."""
+    camera = stage.add_camera()
+    orbit = 2 + math.sqrt(3)
+    for distance, word in ((0.99, "is inside"), (1.01, "closer to"), (orbit - 0.01, "closer to"), (orbit + 0.01, None)):
+        camera.location = (0, distance, 0)
+        found = texts()
+        assert len(found) == (word is not None)
+        assert all(word in text for text in found)
+
+
+def test_masses_away_are_the_radius_of_boyer_and_lindquist():
+    a = 0.9
+    oblate = SpacetimeData("", "BLACK_HOLE", np.diag([2.0, 2.0, 2.0, 1.0]), mass=3.0, spin=a, chart="OBLATE")
+    for r, theta in ((2.0, 0.0), (2.5, 0.7), (40.0, math.pi / 2)):
+        place = 6 * np.array([math.hypot(r, a) * math.sin(theta), 0, r * math.cos(theta)])
+        assert inside.masses_away(oblate, place) == pytest.approx(r, rel=1e-12)
+    isotropic = SpacetimeData("", "BLACK_HOLE", np.eye(4), mass=3.0, chart="ISOTROPIC")
+    assert inside.masses_away(isotropic, np.array([0, 1.5, 0])) == pytest.approx(2)
+
+
+def test_objects_that_cannot_be(hole):
+    hole.scale = (1, 1, 2)
+    assert texts() == ["Black hole 'Hole': its scale must be uniform and positive"]
+    hole.scale = (1, 1, 1)
+    bpy.ops.bentlight.black_hole_add(mass=2.0, location=(1.5, 0, 0))
+    (found,) = (texts(), checks.of_scene(bpy.context))[1]
+    assert "overlap" in found.text and {found.owner, *found.about} == {"Hole", "Black Hole"}
+    bpy.context.object.location.x = 2.5
+    assert texts() == []
+
+
+def test_a_wormhole_without_exit():
+    bpy.ops.bentlight.wormhole_add(location=(0, 0, 0))
+    mouth = bpy.context.object
+    assert texts() == []
+    bpy.data.objects.remove(mouth.bentlight.exit)
+    assert len(texts()) == 1 and "has no exit" in texts()[0]
+    bpy.ops.bentlight.exit_add()
+    assert texts() == []
+
+
+def test_lamps_inside_lenses_in_cycles_alone(hole):
+    stage.add_camera(location=(0, -30, 0))
+    lamp = stage.add_light("POINT", location=(0, 0, 5))
+    stage.add_light("SUN", location=(0, 0, 2))
+    hole.bentlight.lens_radius = 8.0
+    bpy.context.scene.render.engine = "CYCLES"
+    assert texts() == []
+    bpy.ops.bentlight.cycles_setup()
+    assert len(texts()) == 1 and "light does not get out" in texts()[0]
+    lamp.location.z = 8.01
+    assert texts() == []
+    lamp.location.z = 5
+    bpy.context.scene.render.engine = "BENTLIGHT"
+    assert texts() == []
+
+
+def unsupported_material() -> tuple[bpy.types.Material, bpy.types.Node]:
+    material = bpy.data.materials.new("Worn")
+    stage._use_nodes(material)
+    nodes = material.node_tree.nodes
+    bevel = nodes.new("ShaderNodeBevel")
+    surface = next(node for node in nodes if node.type == "BSDF_PRINCIPLED")
+    material.node_tree.links.new(bevel.outputs[0], surface.inputs["Normal"])
+    return material, bevel
+
+
+def test_unsupported_nodes_come_and_go_and_are_found():
+    material, bevel = unsupported_material()
+    assert texts() == []  # nothing has it
+    square = stage.add_square(1.0, material=material)
+    other = stage.add_square(1.0, name="Other")
+    (found,) = (texts(), checks.of_scene(bpy.context))[1]
+    assert (found.kind, found.owner, found.node) == ("MATERIAL", "Worn", bevel.name)
+    bpy.context.view_layer.objects.active = other
+    for node in material.node_tree.nodes:
+        node.select = True
+    assert bpy.ops.bentlight.material_select(name=found.owner, node=found.node) == {"FINISHED"}
+    assert bpy.context.view_layer.objects.active == square and square.active_material == material
+    assert material.node_tree.nodes.active == bevel and [n.name for n in material.node_tree.nodes if n.select] == [
+        "Bevel"
+    ]
+    material.node_tree.nodes.remove(bevel)
+    assert texts() == []
+
+
+def test_objects_are_selected_by_their_warning(hole):
+    wall = stage.add_square(1.0, name="Wall")
+    assert bpy.ops.bentlight.object_select(name="Wall") == {"FINISHED"}
+    assert bpy.context.view_layer.objects.active == wall and bpy.context.selected_objects == [wall]
+    assert bpy.ops.bentlight.object_select(name="gone") == {"CANCELLED"}
+    assert bpy.ops.bentlight.material_select(name="gone") == {"CANCELLED"}
+
+
+def test_nothing_is_found_anew_without_a_change(hole, monkeypatch):
+    stage.add_square(50.0)
+    assert len(texts()) == 1
+    monkeypatch.setattr(checks.findings, "_find", lambda context: pytest.fail("looked again"))
+    assert len(checks.of_scene(bpy.context)) == 1
+
+
+def test_what_cannot_be_rendered_at_all():
+    smoke = bpy.data.objects.new("Smoke", bpy.data.volumes.new("Smoke"))
+    bpy.context.scene.collection.objects.link(smoke)
+    assert texts() == ["'Smoke': volumes cannot be rendered yet"]
+    smoke.hide_render = True
+    assert texts() == []
+
+
+def test_moving_objects_compiles_no_material_again(monkeypatch):
+    material, bevel = unsupported_material()
+    square = stage.add_square(1.0, material=material)
+    assert len(texts()) == 1
+    monkeypatch.setattr(checks.materials, "compile_material", lambda *_: pytest.fail("compiled again"))
+    for i in range(3):
+        square.location.x = i
+        assert len(texts()) == 1
+    monkeypatch.undo()
+    material.node_tree.nodes.remove(bevel)
+    assert texts() == []

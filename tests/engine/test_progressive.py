@@ -1,0 +1,152 @@
+"""Pictures that are made over and over while a scene changes: what comes when, and that nothing gets lost."""
+
+import threading
+import time
+
+import bentlight_native
+import numpy as np
+import pytest
+
+from blender_addon import progressive
+from blender_addon.progressive import Progressive, Wish
+from tests.engine.test_session import glowing_scene, settings
+
+
+class Watcher:
+    """Keeps every picture that came."""
+
+    def __init__(self, threads=2):
+        self.pictures, self.changed = [], threading.Condition()
+        self.progressive = Progressive(threads, self._on_picture)
+
+    def _on_picture(self):
+        with self.changed:
+            if self.progressive.preview:
+                self.pictures.append(self.progressive.preview)
+            self.changed.notify_all()
+
+    def wait(self, condition, seconds=60):
+        with self.changed:
+            assert self.changed.wait_for(condition, seconds), "nothing came"
+
+
+@pytest.fixture
+def watcher():
+    made = Watcher()
+    yield made
+    made.progressive.close()
+
+
+def test_the_picture_becomes_finer_and_ends_as_a_render(watcher):
+    """Sizes and samples grow; the last picture is what one call of the renderer gives."""
+    scene, wanted = glowing_scene(), settings(width=61, height=47, sample_count=24)
+    watcher.progressive.render(Wish(lambda: scene, wanted))
+    watcher.wait(lambda: watcher.pictures and watcher.pictures[-1].samples == 24)
+    sizes = [picture.pixels.shape[1] for picture in watcher.pictures]
+    assert sizes == sorted(sizes)
+    assert [p.samples for p in watcher.pictures if p.samples] == [1, 2, 4, 8, 16, 24]
+    whole = {"combined": np.zeros((47, 61, 4), np.float32)}
+    scene.render_tile(0, 0, 61, 47, wanted, whole)
+    np.testing.assert_allclose(watcher.pictures[-1].pixels, whole["combined"], rtol=1e-5, atol=1e-6)
+
+
+def test_it_begins_coarse_where_pixels_take_long(watcher):
+    """At a thousand pixels a second, 64 in the time that the first picture may take."""
+    scene = glowing_scene()
+    slow = settings(width=64, height=64, sample_count=1, max_bounces=64)
+    watcher.progressive._pixels_per_second = 1000.0
+    watcher.progressive.render(Wish(lambda: scene, slow))
+    watcher.wait(lambda: watcher.pictures and watcher.pictures[-1].samples == 1)
+    assert [picture.pixels.shape[:2] for picture in watcher.pictures] == [(8, 8), (16, 16), (32, 32), (64, 64)]
+
+
+def test_pixels_may_be_larger_than_the_screens(watcher):
+    scene = glowing_scene()
+    watcher.progressive.render(Wish(lambda: scene, settings(width=50, height=30, sample_count=2), smallest_pixel=4))
+    watcher.wait(lambda: watcher.pictures and watcher.pictures[-1].samples == 2)
+    assert watcher.pictures[-1].pixels.shape == (8, 13, 4)
+
+
+def test_edits_are_made_in_order_and_the_last_picture_is_finished(watcher, monkeypatch):
+    """However fast wishes come, also while others are under way; and never while a picture is being rendered. Those
+    that another has overtaken need not be made, and one that cannot be made stops none after it."""
+    busy, render_tile = [], progressive._render_tile
+
+    def counted(*args):
+        busy.append(args)
+        try:
+            return render_tile(*args)
+        finally:
+            busy.pop()
+
+    monkeypatch.setattr(progressive, "_render_tile", counted)
+    scene, edits, place = glowing_scene(), [], np.eye(4)
+    place[:3, 3] = 0.6
+
+    def edit(number):
+        def make():
+            assert not busy
+            if number % 7 == 3:
+                raise ValueError("this edit cannot be made")
+            scene.set_camera("PERSPECTIVE", place, (-0.5, 0.5, -0.5, 0.5))
+            scene.commit()
+            edits.append(number)
+            return scene
+
+        return make
+
+    for number in range(40):
+        watcher.progressive.render(Wish(edit(number), settings(sample_count=4 if number < 39 else 5)))
+        time.sleep(0.002 * (number % 3))
+    watcher.wait(lambda: watcher.pictures and watcher.pictures[-1].samples == 5)
+    assert edits == sorted(edits) and edits[-1] == 39
+    assert watcher.progressive.failure is None
+
+
+def test_a_new_wish_is_seen_soon_though_the_old_one_would_take_long(watcher):
+    scene = glowing_scene()
+    watcher.progressive.render(Wish(lambda: scene, settings(sample_count=1 << 20, max_bounces=64)))
+    watcher.wait(lambda: any(picture.samples for picture in watcher.pictures))
+    asked = time.monotonic()
+    watcher.progressive.render(Wish(lambda: scene, settings(sample_count=3)))
+    watcher.wait(lambda: watcher.pictures[-1].wish.settings.sample_count == 3)
+    assert time.monotonic() - asked < 1
+
+
+def test_a_failure_is_told_and_the_next_wish_is_rendered(watcher):
+    def fail():
+        raise ValueError("no such scene")
+
+    scene = glowing_scene()
+    watcher.progressive.render(Wish(fail, settings()))
+    watcher.wait(lambda: watcher.progressive.failure)
+    assert "no such scene" in str(watcher.progressive.failure)
+    watcher.progressive.render(Wish(lambda: scene, settings(sample_count=2)))
+    watcher.wait(lambda: watcher.progressive.preview and watcher.progressive.preview.samples == 2)
+    assert watcher.progressive.failure is None
+
+
+def test_closing_takes_no_time():
+    """In the middle of a picture; twice is as once."""
+    watcher, scene = Watcher(), glowing_scene()
+    watcher.progressive.render(Wish(lambda: scene, settings(sample_count=1 << 20, max_bounces=64)))
+    watcher.wait(lambda: watcher.pictures)
+    start = time.monotonic()
+    watcher.progressive.close()
+    watcher.progressive.close()
+    assert time.monotonic() - start < 1
+    assert not [
+        thread for thread in threading.enumerate() if thread.name in (progressive.THREAD_NAME, "bentlight tile_0")
+    ]
+
+
+def test_pictures_do_not_depend_on_threads():
+    ends = []
+    for threads in (1, 3):
+        watcher, scene = Watcher(threads), glowing_scene()
+        watcher.progressive.render(Wish(lambda scene=scene: scene, settings(sample_count=4)))
+        watcher.wait(lambda watcher=watcher: watcher.pictures and watcher.pictures[-1].samples == 4)
+        ends.append(watcher.pictures[-1].pixels)
+        watcher.progressive.close()
+    assert (ends[0] == ends[1]).all()
+    assert bentlight_native.CHANNELS["combined"].components == ends[0].shape[2]
