@@ -11,14 +11,24 @@ import common
 import numpy as np
 import thumbnail
 
-NAMES = ("room_schwarzschild", "room_wormhole", "lamps", "caustic_glass", "gargantua")
+NAMES = (
+    "room_schwarzschild",
+    "room_kerr",
+    "room_wormhole",
+    "lamps",
+    "soft_shadow",
+    "caustic_glass",
+    "gargantua",
+    "cycles_lens",
+)
 SIZE, SAMPLES = (256, 144), 8  # of thumbnails, which are denoised
 log = logging.getLogger("bentlight.blends")
 
 
 def picture(scene: bpy.types.Scene, folder: Path) -> np.ndarray:
     """The scene as a thumbnail: (height, width, 4) uint8, rows upwards. Leaves the scene's settings as they were."""
-    render, settings = scene.render, scene.bentlight
+    render = scene.render
+    settings = scene.cycles if render.engine == "CYCLES" else scene.bentlight
     kept = render.resolution_x, render.resolution_y, settings.samples, render.filepath
     render.resolution_x, render.resolution_y = SIZE
     settings.samples = SAMPLES

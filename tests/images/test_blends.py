@@ -24,7 +24,7 @@ def test_there_is_one_of_each_scene():
 def test_it_is_complete(path, tmp_path):
     common.register()
     bpy.ops.wm.open_mainfile(filepath=str(path))
-    assert bpy.context.scene.render.engine == "BENTLIGHT"
+    assert bpy.context.scene.render.engine == ("CYCLES" if path.stem.startswith("cycles") else "BENTLIGHT")
     assert bpy.context.scene.render.filepath == "//"
     outside = bpy.utils.blend_paths(absolute=False, packed=False)
     assert not outside, outside
