@@ -51,8 +51,9 @@ LENSES = {
 @pytest.mark.parametrize("name", LENSES)
 @pytest.mark.parametrize("filters", [("BLACKMAN_HARRIS", 3.0), ("BOX", 1.0), ("BLACKMAN_HARRIS", 0.02)], ids=str)
 def test_light_is_conserved_and_spread_as_the_lens_is(name, filters):
-    """In pixels a lens of radius r shows r / focus over a pixel's slope. Along any axis the variance of a disk of radius
-    R is R^2 / 4, of a regular n-gon of circumradius R R^2 (2 + cos(2 pi / n)) / 12; the pixel filter adds its own."""
+    """In pixels a lens of radius r shows r / focus over a pixel's slope. Along any axis the variance of a disk of
+    radius R is R^2 / 4, of a regular n-gon of circumradius R R^2 (2 + cos(2 pi / n)) / 12; the pixel filter adds its
+    own."""
     lens = LENSES[name]
     scene = committed(sky_scene(lens))
     for star in unit(-EYE + [[0, 0, 0], [0.0146, 0.004, -0.0063]]):
@@ -99,8 +100,8 @@ SCENES = {
 
 
 def pinhole_pictures(scene, pose, lens, star, count=400):
-    """What an ideal pinhole at each of `count` places on the lens sees of a star, moved as thin lenses do: places on the
-    lens, and for each the images as (places in the whole picture, throughput)."""
+    """What an ideal pinhole at each of `count` places on the lens sees of a star, moved as thin lenses do: places on
+    the lens, and for each the images as (places in the whole picture, throughput)."""
     scene.set_camera("PERSPECTIVE", pose, (-HALF, HALF, -HALF, HALF), aperture=lens)
     scene.commit()
     numbers = (np.arange(count)[:, None] * (0.7548776662, 0.5698402910) + 0.5) % 1

@@ -81,8 +81,9 @@ typedef struct bent_star_canvas {
  * to the last bit for any tiles. */
 bent_status bent_stars_draw(const bent_star_canvas *canvas, size_t n, const double (*places)[2], const double (*light)[3],
                             bent_error *error);
-/* The same through an open lens: the light of an image is shared among cells as they see it, and spread evenly over each. */
+/* The same through an open lens: the light of an image is shared among cells in proportion to
+ * how they see it, (n, cells[0], cells[1], 3), and spread evenly over each. */
 bent_status bent_stars_draw_blurred(const bent_star_canvas *canvas, size_t n, const double (*places)[2],
                                     const double (*light)[3], const double (*parallax)[2][2], const uint32_t cells[2],
-                                    const double (*corners)[2], const float (*seen)[3], bent_error *error);
+                                    const double (*corners)[2], const uint8_t (*seen)[3], bent_error *error);
 #endif

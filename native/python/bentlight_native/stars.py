@@ -27,9 +27,9 @@ class StarImages:
     pi a primary image, from pi to 2 pi a secondary one.
 
     Of an open lens, which is cut into a x b cells (of a pinhole a = b = 0): parallax, (m, 2, 2), change of each
-    coordinate of the place per scene unit along either axis of the lens; seen, (m, a, b, 3) float32, what surfaces let
-    through on the way to each cell; lens, (a + 1, b + 1, 2), the cells' corners on it. The throughput is that of the
-    whole lens.
+    coordinate of the place per scene unit along either axis of the lens; seen, (m, a, b, 3) uint8, in proportion to
+    what surfaces let through on the way to each cell; lens, (a + 1, b + 1, 2), the cells' corners on it. The throughput
+    is that of the whole lens.
     """
 
     star: NDArray[np.int64]
@@ -38,7 +38,7 @@ class StarImages:
     solid_angle: NDArray[np.float64]
     swept: NDArray[np.float64]
     parallax: NDArray[np.float64]
-    seen: NDArray[np.float32]
+    seen: NDArray[np.uint8]
     lens: NDArray[np.float64]
 
     def __len__(self) -> int:
@@ -73,6 +73,23 @@ class StarImages:
             blur = self.parallax, self.lens, self.seen
         _core.draw_stars(self.place, light, blur, *size, filter, filter_width, tile, pixels)
         return pixels
+
+
+def star_sum(picture: NDArray[np.float32], samples: int) -> NDArray[np.float64]:
+    """What the stars of a moment, (height, width, 3), add to the sum over all samples of a picture: (height, width, 6).
+
+    Such sums are exact, and so the same in any order, as long as they stay below 2**41: values are rounded to a
+    multiple of 2**-44, and what of them is a multiple of 2**-12 is summed apart from the rest.
+    """
+    values = picture.astype(np.float64)
+    coarse = np.rint(values * 2.0**12) * 2.0**-12
+    return np.concatenate([coarse, np.rint((values - coarse) * 2.0**44) * 2.0**-44], axis=-1) * samples
+
+
+def star_mean(sums: NDArray[np.float64], samples: ArrayLike) -> NDArray[np.float32]:
+    """The picture (height, width, 3) that such sums stand for; samples: how many there are, of each pixel or of all."""
+    count = np.maximum(np.asarray(samples, np.float64), 1)
+    return ((sums[..., :3] + sums[..., 3:]) / count[..., None]).astype(np.float32)
 
 
 class StarMethods:
@@ -122,7 +139,7 @@ class StarMethods:
         listed = np.arange(_IMAGES_MAX) < count[:, None]
         m = int(count.sum())
         found = (values[listed] for values in (place, throughput, solid_angle, swept, parallax))
-        return StarImages(np.nonzero(listed)[0], *found, np.zeros((m, 0, 0, 3), np.float32), np.zeros((1, 1, 2)))
+        return StarImages(np.nonzero(listed)[0], *found, np.zeros((m, 0, 0, 3), np.uint8), np.zeros((1, 1, 2)))
 
     def _trace_cells(
         self, images: StarImages, cells: tuple[int, int], view: tuple, progress: "_core.Progress | None"
@@ -131,13 +148,14 @@ class StarMethods:
         corners = np.empty((cells[0] + 1, cells[1] + 1, 2))
         seen = np.empty((len(images), *cells, 3), np.float32)
         self._trace_star_cells(images.place, images.parallax, view, corners, seen, progress)
+        most = seen.max(axis=(1, 2, 3), initial=0.0)
         traced = replace(
             images,
             throughput=images.throughput * np.tensordot(seen, _shares(corners), ([1, 2], [0, 1])),
-            seen=seen,
+            seen=np.rint(seen * (255 / np.maximum(most, 1e-30))[:, None, None, None]).astype(np.uint8),
             lens=corners,
         )
-        return traced.part(seen.any(axis=(1, 2, 3)))
+        return traced.part(most > 0)
 
 
 def _chunks(count: int) -> list[slice]:

@@ -111,7 +111,7 @@ static int blur_get(blur *out, PyObject *tuple, Py_ssize_t n)
     return -1;
   lights[1] = grid[0] - 1, lights[2] = grid[1] - 1;
   out->cells[0] = (uint32_t)lights[1], out->cells[1] = (uint32_t)lights[2];
-  return buffer_get(&out->seen, seen, "seen", 'f', 4, lights, BUFFER_FINITE);
+  return buffer_get(&out->seen, seen, "seen", 'B', 4, lights, BUFFER_READ);
 }
 
 /* draw_stars(places, light, blur, width, height, filter, filter_width, tile, pixels) */

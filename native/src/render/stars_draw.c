@@ -124,7 +124,7 @@ static double cell_corners(const uint32_t cells[2], const double (*corners)[2], 
 
 /* An image through all cells of the lens. shift: pixels by which it is moved per scene unit along either axis of the lens. */
 static void draw_blurred(const brush *b, const double at[2], const double light[3], const double shift[2][2],
-                         const uint32_t cells[2], const double (*corners)[2], const float (*seen)[3])
+                         const uint32_t cells[2], const double (*corners)[2], const uint8_t (*seen)[3])
 {
   const size_t count = (size_t)cells[0] * cells[1];
   double sum[3] = {0, 0, 0}, lens[4][2];
@@ -192,7 +192,7 @@ bent_status bent_stars_draw(const bent_star_canvas *canvas, size_t n, const doub
 
 bent_status bent_stars_draw_blurred(const bent_star_canvas *canvas, size_t n, const double (*places)[2],
                                     const double (*light)[3], const double (*parallax)[2][2], const uint32_t cells[2],
-                                    const double (*corners)[2], const float (*seen)[3], bent_error *error)
+                                    const double (*corners)[2], const uint8_t (*seen)[3], bent_error *error)
 {
   brush b;
   const bent_status status = begin(&b, canvas, error);
