@@ -19,7 +19,7 @@ from .moments import Moments
 from .persistent import kept_by
 from .properties import check_range
 from .recording import Recording
-from .report import RenderError, Reporter
+from .report import RenderError, Reporter, told
 from .session import FinishedTile, Session, StarLight, Tile, spiral_tiles
 from .sync import labels
 from .sync.camera import image_size, read_camera
@@ -235,7 +235,7 @@ class _ViewRender:
             raise RenderError("No camera: the scene needs an active camera")
         camera = camera.evaluated_get(self._depsgraph)
         if camera.type != "CAMERA":
-            raise RenderError(f"Camera '{camera.name}' is not a camera object")
+            raise RenderError("Camera '{}' is not a camera object", camera.name)
         return read_camera(
             camera,
             self._scene.render,
@@ -254,7 +254,7 @@ class _ViewRender:
         for item, radius in zip(data.spacetimes, influence_radii(data.spacetimes), strict=True):
             if item.spin and radius != math.inf:
                 self._reporter.warn(
-                    f"Black hole '{item.name}' spins within a sphere of influence: no stars are seen in it"
+                    "Black hole '{}' spins within a sphere of influence: no stars are seen in it", item.name
                 )
 
         def find(progress: bentlight_native.Progress) -> StarLight:
@@ -369,10 +369,14 @@ class _ViewRender:
         if settings.integrator != "BIDIRECTIONAL":
             return settings
         parts = passes.tell_light_apart(self._passes)
-        obstacle = self._native.bidirectional_obstacle() or (parts and f"the pass '{parts[0].name}' tells light apart")
+        obstacle = self._native.bidirectional_obstacle() or (
+            parts and told("the pass '{}' tells light apart", parts[0].name)
+        )
         if not obstacle:
             return settings
-        self._reporter.warn(f"Bidirectional is not possible, light is followed from the camera alone: {obstacle}")
+        self._reporter.warn(
+            "Bidirectional is not possible, light is followed from the camera alone: {}", told(obstacle)
+        )
         return replace(settings, integrator="PATH")
 
     def _write(self, finished: FinishedTile) -> None:
