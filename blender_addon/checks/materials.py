@@ -30,11 +30,11 @@ _HARMLESS = {
 class _NoPixels(ImageTable):
     """Images are not read: nothing is rendered."""
 
-    def index_of(self, image: Any, warn: Callable[..., None]) -> int:
+    def index_of(self, image: Any, warn: Callable[[str], None]) -> int:
         """Any index."""
         return 0
 
-    def tiles_of(self, image: Any, warn: Callable[..., None]) -> tuple[int, list[int]]:
+    def tiles_of(self, image: Any, warn: Callable[[str], None]) -> tuple[int, list[int]]:
         """Any index, and the tiles' numbers."""
         return 0, [tile.number for tile in image.tiles]
 

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import bpy
 import numpy as np
 
-from ..report import RenderError
+from ..report import RenderError, told
 from .memory import Memory
 
 _INTEGER_FORMATS = ("PNG", "TIFF", "JPEG2000", "DPX", "CINEON")  # that may have 16 bits per channel
@@ -38,7 +38,7 @@ class ImageTable:
         self._index: dict[Any, int] = {}
         self._memory = memory or Memory()
 
-    def index_of(self, image: Any, warn: Callable[..., None]) -> int:
+    def index_of(self, image: Any, warn: Callable[[str], None]) -> int:
         """The index of a Blender image; reads it if it is new. Raises RenderError if it cannot be read."""
         key = image.name_full
         if key not in self._index:
@@ -46,7 +46,7 @@ class ImageTable:
             self._index[key] = len(self.images) - 1
         return self._index[key]
 
-    def tiles_of(self, image: Any, warn: Callable[..., None]) -> tuple[int, list[int]]:
+    def tiles_of(self, image: Any, warn: Callable[[str], None]) -> tuple[int, list[int]]:
         """The index of the first tile of a Blender image, which the others follow, and the UDIM numbers of all."""
         key = image.name_full
         if key not in self._index:
@@ -68,14 +68,14 @@ def has_associated_alpha(image: Any) -> bool:
     return not image.colorspace_settings.is_data and image.alpha_mode in ("STRAIGHT", "PREMUL")
 
 
-def image_pixels(image: Any, warn: Callable[..., None]) -> Pixels:
+def image_pixels(image: Any, warn: Callable[[str], None]) -> Pixels:
     """The pixels of an image as the core wants them.
 
     Packed, external and generated images; of a tiled one the first tile. Raises RenderError naming image and file if it
     cannot be read; NaN and infinity become 0, with a warning.
     """
     if image.source == "TILED":
-        warn("image '{}' is tiled (UDIM); only Image Texture nodes can show more than its first tile", image.name)
+        warn(told("image '{}' is tiled (UDIM); only Image Texture nodes can show more than its first tile", image.name))
     width, height = image.size
     if width == 0 or height == 0:
         raise RenderError("Image '{}': its file '{}' is missing or cannot be read", image.name, image.filepath)
@@ -83,7 +83,7 @@ def image_pixels(image: Any, warn: Callable[..., None]) -> Pixels:
     image.pixels.foreach_get(values)
     values = values.reshape(height, width, 4)
     if not np.isfinite(values).all():
-        warn("image '{}' has pixels that are not finite; they count as 0", image.name)
+        warn(told("image '{}' has pixels that are not finite; they count as 0", image.name))
         values = np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)
     if image.alpha_mode == "NONE":
         values[..., 3] = 1.0
@@ -94,7 +94,7 @@ def image_pixels(image: Any, warn: Callable[..., None]) -> Pixels:
     return Pixels(values, srgb=False)
 
 
-def _tile_pixels(image: Any, number: int, warn: Callable[..., None]) -> Pixels:
+def _tile_pixels(image: Any, number: int, warn: Callable[[str], None]) -> Pixels:
     """One tile, its file read as an image of its own: of a tiled image Blender's Python shows the first tile only."""
     column, row = (number - 1001) % 10, (number - 1001) // 10
     name = image.filepath.replace("<UDIM>", str(number)).replace("<UVTILE>", f"u{column + 1}_v{row + 1}")
@@ -128,11 +128,13 @@ def _encoded(values: np.ndarray) -> np.ndarray:
     return np.concatenate([color, alpha], axis=-1).astype(np.float32)
 
 
-def _byte_pixels(image: Any, values: np.ndarray, warn: Callable[..., None]) -> Pixels:
+def _byte_pixels(image: Any, values: np.ndarray, warn: Callable[[str], None]) -> Pixels:
     space = image.colorspace_settings
     srgb = space.name == "sRGB"
     if not (srgb or space.is_data or space.name in ("Linear Rec.709", "Linear", "scene_linear")):
-        warn("image '{}': the color space '{}' is not supported yet; sRGB is used instead", image.name, space.name)
+        warn(
+            told("image '{}': the color space '{}' is not supported yet; sRGB is used instead", image.name, space.name)
+        )
         srgb = True
     pixels = np.rint(values * 255).astype(np.uint8)
     if has_associated_alpha(image):
