@@ -59,7 +59,8 @@ int bent_scene_shows_stars(const bent_scene *scene);
 void bent_scene_star_cells(const bent_scene *scene, uint32_t width, uint32_t height, uint32_t cells[2]);
 /* The cells' corners, places on the lens in scene units, (cells[0] + 1, cells[1] + 1). */
 void bent_scene_star_lens(const bent_scene *scene, const uint32_t cells[2], double (*corners)[2]);
-/* seen, (n, cells[0], cells[1], 3): what surfaces let through on the way from images to cells, by a ray to each cell's middle. */
+/* seen, (n, cells[0], cells[1], 3): what surfaces let through on the way from images to cells, by rays to cells' middles: to
+ * every third one along both sides, and to the others where those do not all see the same. */
 bent_status bent_scene_trace_star_cells(const bent_scene *scene, size_t n, const double (*places)[2],
                                         const double (*parallax)[2][2], const bent_star_view *view,
                                         const uint32_t cells[2], float (*seen)[3], bent_progress *progress,

@@ -2,6 +2,7 @@
 #include "render/star_lens.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "render/aperture.h"
 #include "render/star_rays.h"
@@ -71,33 +72,85 @@ static int cell_ray(const star_tracer *t, const double place[2], const double pa
   return 1;
 }
 
+/* Cells under way: which they are, counted through all images, and their rays. */
+typedef struct cell_batch {
+  star_tracer *tracer;
+  const uint32_t *cells;
+  const double (*places)[2];
+  const double (*parallax)[2][2];
+  float (*seen)[3];
+  int count;
+  size_t which[STAR_RAYS_MAX];
+  star_ray rays[STAR_RAYS_MAX];
+} cell_batch;
+
+static void add_cell(cell_batch *b, size_t image, size_t i, size_t j)
+{
+  const double u[2] = {((double)i + 0.5) / b->cells[0], ((double)j + 0.5) / b->cells[1]};
+  const size_t at = (image * b->cells[0] + i) * b->cells[1] + j;
+  set_color(b->seen[at], v3(0, 0, 0));
+  b->which[b->count] = at;
+  b->count += cell_ray(b->tracer, b->places[image], b->parallax[image], u, &b->rays[b->count]);
+}
+
+static bent_status trace_batch(cell_batch *b, bent_progress *progress, bent_error *error)
+{
+  const bent_status status = star_rays_trace(b->tracer, b->count, b->rays, progress, error);
+  for (int i = 0; i < b->count && !status; i++)
+    if (b->rays[i].arrived) set_color(b->seen[b->which[i]], b->rays[i].throughput);
+  b->count = 0;
+  return status;
+}
+
+/* Every third cell of each row and column tells whether an image is seen as well by all: then the others need no ray. */
+static int is_telling(size_t i, size_t j) { return i % 3 == 1 && j % 3 == 1; }
+
+/* Traces the cells of images that tell, or of mixed images the others. */
+static bent_status trace_cells(cell_batch *b, size_t n, const uint8_t *mixed, bent_progress *progress, bent_error *error)
+{
+  bent_status status = BENT_OK;
+  for (size_t image = 0; image < n && !status; image++)
+    for (size_t i = 0; i < b->cells[0] && (!mixed || mixed[image]); i++)
+      for (size_t j = 0; j < b->cells[1] && !status; j++)
+        if (is_telling(i, j) == !mixed) {
+          add_cell(b, image, i, j);
+          if (b->count == STAR_RAYS_MAX) status = trace_batch(b, progress, error);
+        }
+  return status ? status : trace_batch(b, progress, error);
+}
+
+/* Gives all cells of an image what one that tells has seen; returns 1 if another has seen less. */
+static int fill_image(const uint32_t cells[2], float (*seen)[3])
+{
+  float first[3];
+  memcpy(first, seen[cells[1] + 1], sizeof first);
+  for (size_t i = 0; i < cells[0]; i++)
+    for (size_t j = 0; j < cells[1]; j++)
+      if (is_telling(i, j) && memcmp(first, seen[i * cells[1] + j], sizeof first)) return 1;
+  for (size_t cell = 0; cell < (size_t)cells[0] * cells[1]; cell++) memcpy(seen[cell], first, sizeof first);
+  return 0;
+}
+
 bent_status bent_scene_trace_star_cells(const bent_scene *scene, size_t n, const double (*places)[2],
                                         const double (*parallax)[2][2], const bent_star_view *view,
                                         const uint32_t cells[2], float (*seen)[3], bent_progress *progress,
                                         bent_error *error)
 {
-  const size_t of_image = (size_t)cells[0] * cells[1], all = n * of_image;
-  star_ray *rays = malloc(STAR_RAYS_MAX * sizeof *rays);
-  size_t *which = malloc(STAR_RAYS_MAX * sizeof *which);
-  star_tracer *t = star_tracer_new(scene, view, error);
+  cell_batch *b = malloc(sizeof *b);
+  uint8_t *mixed = malloc(n + 1);
+  star_tracer *tracer = star_tracer_new(scene, view, error);
   bent_status status = BENT_OK;
-  if (!rays || !which || !t) status = bent_fail(error, BENT_ERROR_MEMORY, "stars: out of memory");
-  for (size_t next = 0; next < all && !status;) {
-    int count = 0;
-    for (; next < all && count < STAR_RAYS_MAX; next++) {
-      const size_t image = next / of_image, cell = next % of_image;
-      const double u[2] = {((double)(cell / cells[1]) + 0.5) / cells[0], ((double)(cell % cells[1]) + 0.5) / cells[1]};
-      set_color(seen[next], v3(0, 0, 0));
-      which[count] = next;
-      count += cell_ray(t, places[image], parallax[image], u, &rays[count]);
-    }
-    status = star_rays_trace(t, count, rays, progress, error);
-    for (int i = 0; i < count && !status; i++)
-      if (rays[i].arrived) set_color(seen[which[i]], rays[i].throughput);
+  if (!b || !mixed || !tracer) {
+    status = bent_fail(error, BENT_ERROR_MEMORY, "stars: out of memory");
+  } else {
+    b->tracer = tracer, b->cells = cells, b->places = places, b->parallax = parallax, b->seen = seen, b->count = 0;
+    status = trace_cells(b, n, NULL, progress, error);
+    for (size_t i = 0; i < n && !status; i++) mixed[i] = (uint8_t)fill_image(cells, seen + i * cells[0] * cells[1]);
+    if (!status) status = trace_cells(b, n, mixed, progress, error);
   }
-  star_tracer_free(t);
-  free(which);
-  free(rays);
+  star_tracer_free(tracer);
+  free(mixed);
+  free(b);
   return status;
 }
 
