@@ -56,7 +56,8 @@ class Job:
             return settings
         first, end = self.samples
         if end > settings.sample_count:
-            raise RenderError(f"{_PREFIX}samples {first}:{end}: the scene has {settings.sample_count} samples only")
+            text = "{}samples {}:{}: the scene has {} samples only"
+            raise RenderError(text, _PREFIX, first, end, settings.sample_count)
         if settings.noise_threshold:
             reporter.warn(
                 "A range of samples takes all of them: the noise threshold, which looks at the others, is off"
@@ -70,7 +71,7 @@ class Job:
         x, y, width, height = window
         number, count = self.tile
         if count > height:
-            raise RenderError(f"{_PREFIX}tile {number}/{count}: the picture has {height} lines only")
+            raise RenderError("{}tile {}/{}: the picture has {} lines only", _PREFIX, number, count, height)
         low, high = (height * k // count for k in (number - 1, number))
         return x, y + low, width, high - low
 
@@ -85,9 +86,11 @@ def parse(arguments: Sequence[str]) -> Job:
             continue
         kind = name.removeprefix(_PREFIX)
         if kind not in _FORMS:
-            raise RenderError(f"{name}: no such argument; there are {', '.join(_PREFIX + known for known in _FORMS)}")
+            raise RenderError(
+                "{}: no such argument; there are {}", name, ", ".join(_PREFIX + known for known in _FORMS)
+            )
         if kind in found:
-            raise RenderError(f"{name}: given twice")
+            raise RenderError("{}: given twice", name)
         if kind != "resume" and not equals:
             value = ours.pop(0) if ours else ""
         found[kind] = value
@@ -106,13 +109,13 @@ def _pair(
     match = re.fullmatch(form, found[kind], re.ASCII)
     numbers = tuple(map(int, match.groups())) if match else ()
     if not numbers or not makes_sense(*numbers):
-        raise RenderError(f"{_PREFIX}{kind}: expected {_FORMS[kind]}, got '{found[kind]}'")
+        raise RenderError("{}{}: expected {}, got '{}'", _PREFIX, kind, _FORMS[kind], found[kind])
     return numbers
 
 
 def _is_nothing(value: str) -> bool:
     if value:
-        raise RenderError(f"{_PREFIX}resume: takes no value, got '{value}'")
+        raise RenderError("{}resume: takes no value, got '{}'", _PREFIX, value)
     return True
 
 

@@ -19,7 +19,7 @@ from .moments import Moments
 from .persistent import kept_by
 from .properties import check_range
 from .recording import Recording
-from .report import RenderError, Reporter
+from .report import RenderError, Reporter, told
 from .session import FinishedTile, Session, StarLight, Tile, spiral_tiles
 from .sync import labels
 from .sync.camera import image_size, read_camera
@@ -31,6 +31,7 @@ from .sync.native import build_scene
 from .sync.objects import read_scene
 from .sync.scene_data import CameraData, SceneData
 from .sync.spacetime import influence_radii
+from .sync.star_images import draw_stars, find_stars
 
 log = logging.getLogger(__name__)
 T = TypeVar("T")
@@ -190,8 +191,8 @@ class _ViewRender:
             self._write_nothing()
             return
         settings = self._possible(settings)
-        if self._moments.slices:  # where bending compresses the picture changes from moment to moment
-            settings = replace(settings, photon_ring_samples=1)
+        if self._moments.slices and settings.integrator == "BIDIRECTIONAL":
+            settings = replace(settings, photon_ring_samples=1)  # or moments of more samples would bring more light
         stars = self._find_stars(settings)
         if self._engine.test_break():
             self._write_nothing()
@@ -234,7 +235,7 @@ class _ViewRender:
             raise RenderError("No camera: the scene needs an active camera")
         camera = camera.evaluated_get(self._depsgraph)
         if camera.type != "CAMERA":
-            raise RenderError(f"Camera '{camera.name}' is not a camera object")
+            raise RenderError("Camera '{}' is not a camera object", camera.name)
         return read_camera(
             camera,
             self._scene.render,
@@ -253,21 +254,14 @@ class _ViewRender:
         for item, radius in zip(data.spacetimes, influence_radii(data.spacetimes), strict=True):
             if item.spin and radius != math.inf:
                 self._reporter.warn(
-                    f"Black hole '{item.name}' spins within a sphere of influence: no stars are seen in it"
+                    "Black hole '{}' spins within a sphere of influence: no stars are seen in it", item.name
                 )
 
         def find(progress: bentlight_native.Progress) -> StarLight:
-            images = native.find_stars(
-                data.stars.directions,
-                (settings.width, settings.height),
-                margin=settings.filter_width / 2,
-                tolerance=settings.tolerance,
-                transparent_bounces=settings.transparent_bounces,
-                threads=self._scene.render.threads,
-                progress=progress,
-            )
+            images = find_stars(native, data.stars, settings, self._scene.render.threads, progress)
             group = labels.group_index(data.world_group, passes.light_groups(self._view_layer))
-            return StarLight(images, images.light(data.stars.irradiance), group)
+            shown = draw_stars(images, data.stars, settings, self._window)
+            return StarLight(shown, self._window[:2], group)
 
         return self._on_a_thread(find)
 
@@ -306,8 +300,6 @@ class _ViewRender:
         tiles = self._tiles(threads, settings.sample_count)
         limit = self._time_limit()
         recording = self._recording(whole, settings, tiles, stars, limit)
-        if recording and stars and self._moments.slices:
-            self._reporter.warn("Parts of pictures and checkpoints have no motion blur of stars")
         kept = {"keeps_state": True, "begun": recording.begun, "light": recording.light} if recording else {}
         tiles = recording.tiles if recording else tiles
         blur = {"slices": self._moments.slices, "move": lambda moment: self._move(moment, settings)}
@@ -326,7 +318,7 @@ class _ViewRender:
                     session.cancel()
                 self._show_progress(session)
             if recording:
-                farm.remove_when_written(recording.finish(was_cancelled=self._engine.test_break()))
+                farm.remove_when_written(recording.finish(self._engine.test_break(), session.star_sums))
         finally:
             if recording:
                 recording.close()
@@ -370,17 +362,21 @@ class _ViewRender:
         )
         path = farm.stem(self._depsgraph.scene, self._moments.number, self._view_layer.name, self._view)
         order = fingerprint([self._data, self._moments.slices, bool(limit)])
-        return Recording(self._job, path, picture, settings, self._window, tiles, stars, order)
+        return Recording(self._job, path, picture, settings, self._window, tiles, order)
 
     def _possible(self, settings: bentlight_native.RenderSettings) -> bentlight_native.RenderSettings:
         """The settings, but with light followed from the camera alone where the scene does not allow otherwise."""
         if settings.integrator != "BIDIRECTIONAL":
             return settings
         parts = passes.tell_light_apart(self._passes)
-        obstacle = self._native.bidirectional_obstacle() or (parts and f"the pass '{parts[0].name}' tells light apart")
+        obstacle = self._native.bidirectional_obstacle() or (
+            parts and told("the pass '{}' tells light apart", parts[0].name)
+        )
         if not obstacle:
             return settings
-        self._reporter.warn(f"Bidirectional is not possible, light is followed from the camera alone: {obstacle}")
+        self._reporter.warn(
+            "Bidirectional is not possible, light is followed from the camera alone: {}", told(obstacle)
+        )
         return replace(settings, integrator="PATH")
 
     def _write(self, finished: FinishedTile) -> None:

@@ -157,5 +157,5 @@ def result_passes(
     for item in wanted:
         found = layer.passes.find_by_name(item.name, view)
         if found is None:
-            raise RenderError(f"Blender made no room for the pass '{item.name}'")
+            raise RenderError("Blender made no room for the pass '{}'", item.name)
         yield item, found

@@ -9,14 +9,17 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import bentlight_native
 import numpy as np
 
 from .session import Tile, sample_rounds, spiral_tiles
+from .sync.scene_data import StarData
+from .sync.star_images import draw_stars, find_stars
 
 THREAD_NAME = "bentlight previews"
 """Of the one thread that each picture in the making has, besides those that render its tiles."""
@@ -25,6 +28,7 @@ _TILE_SIZE = 32
 _COARSEST = 16  # pixels of the screen that one of the first picture may stand for, in each direction
 _STEP = 2  # each picture is so much finer than the one before
 _FIRST_SECONDS = 0.12  # that the first picture may take
+_STAR_SECONDS = 0.04  # that it may wait for its stars
 
 
 @dataclass(frozen=True)
@@ -33,12 +37,13 @@ class Wish:
     where another wish comes before this one is begun, only that one's is made.
 
     settings: of the full size; sample_count is where it ends. smallest_pixel: of the finest picture, in pixels of the
-    screen.
+    screen. stars: to be seen in it, if there are any.
     """
 
     edit: Callable[[], bentlight_native.Scene | None]
     settings: bentlight_native.RenderSettings
     smallest_pixel: int = 1
+    stars: StarData | None = None
 
 
 @dataclass(frozen=True)
@@ -65,6 +70,7 @@ class Progressive:
         self._preview: Preview | None = None
         self._failure: Exception | None = None
         self._pixels_per_second = 1e5  # a guess, and measured from the first picture on
+        self._stars_per_second = 2e4  # as well
         self._thread = threading.Thread(target=self._run, name=THREAD_NAME, daemon=True)
         self._thread.start()
 
@@ -119,11 +125,11 @@ class Progressive:
         scene = wish.edit()
         if scene is None:
             return
-        scale = self._first_scale(wish)
-        self._render(scene, wish, scale, may_cancel=False)
+        scale, stars = self._first_scale(wish), _Stars(scene, wish)
+        self._render(scene, wish, scale, stars, may_cancel=False)
         while scale > wish.smallest_pixel:
             scale = max(scale // _STEP, wish.smallest_pixel)
-            self._render(scene, wish, scale, may_cancel=True)
+            self._render(scene, wish, scale, stars, may_cancel=True)
 
     def _first_scale(self, wish: Wish) -> int:
         pixels, scale = wish.settings.width * wish.settings.height, wish.smallest_pixel
@@ -131,7 +137,7 @@ class Progressive:
             scale *= _STEP
         return scale
 
-    def _render(self, scene: bentlight_native.Scene, wish: Wish, scale: int, may_cancel: bool) -> None:
+    def _render(self, scene: bentlight_native.Scene, wish: Wish, scale: int, stars: _Stars, may_cancel: bool) -> None:
         """One picture at 1/scale of the size: a sample a pixel, or if it is the last one all of them."""
         width, height = -(-wish.settings.width // scale), -(-wish.settings.height // scale)
         settings = replace(wish.settings, width=width, height=height)
@@ -143,8 +149,10 @@ class Progressive:
             done = self._take(scene, part, channels, may_cancel or first > 0)
             if first == 0:
                 self._pixels_per_second = width * height / max(time.monotonic() - start, 1e-4)
+            self._find(stars, may_cancel or first > 0)
+            pixels = stars.added(channels["combined"], settings)
             with self._changed:
-                self._preview = Preview(channels["combined"].copy(), first + count if is_last else 0, wish)
+                self._preview = Preview(pixels, first + count if is_last else 0, wish)
                 self._failure = None
             self._on_picture()
             if first and not done:
@@ -158,20 +166,58 @@ class Progressive:
         may_cancel: bool,
     ) -> int:
         """Adds samples to all of a picture; returns how many. Cancelled if there is another wish."""
+        tiles = spiral_tiles(0, 0, settings.width, settings.height, _TILE_SIZE)
+        with self._cancellable(may_cancel) as progress:
+            works = [self._pool.submit(_render_tile, scene, settings, tile, channels, progress) for tile in tiles]
+            wait(works)  # all: the next edit must find nobody at work
+            return sum(work.result() for work in works)
+
+    def _find(self, stars: _Stars, may_cancel: bool) -> None:
+        """Finds the stars of a picture; of the first one, which waits for nothing, if that is quick."""
+        count = stars.wanted
+        if not count or not (may_cancel or count < self._stars_per_second * _STAR_SECONDS):
+            return
+        start = time.monotonic()
+        with self._cancellable(may_cancel) as progress:
+            stars.find(self._threads, progress)
+        self._stars_per_second = count / max(time.monotonic() - start, 1e-4)
+
+    @contextmanager
+    def _cancellable(self, may_cancel: bool) -> Iterator[bentlight_native.Progress]:
+        """Work that another wish cancels, before it begins or by its progress."""
         progress = bentlight_native.Progress()
         with self._changed:
             if self._stopped or (may_cancel and self._wish):
                 raise bentlight_native.Cancelled("another picture is wanted")
             self._progress = progress if may_cancel else None
-
-        tiles = spiral_tiles(0, 0, settings.width, settings.height, _TILE_SIZE)
         try:
-            works = [self._pool.submit(_render_tile, scene, settings, tile, channels, progress) for tile in tiles]
-            wait(works)  # all: the next edit must find nobody at work
-            return sum(work.result() for work in works)
+            yield progress
         finally:
             with self._changed:
                 self._progress = None
+
+
+class _Stars:
+    """The stars of a wish: found once, and drawn for each size of its picture."""
+
+    def __init__(self, scene: bentlight_native.Scene, wish: Wish) -> None:
+        self._scene, self._wish = scene, wish
+        self._images: bentlight_native.StarImages | None = None
+        self._shown: np.ndarray | None = None
+        self.wanted = len(wish.stars.directions) if wish.stars and scene.shows_stars() else 0  # still to be found
+
+    def find(self, threads: int, progress: bentlight_native.Progress) -> None:
+        """Finds them in the picture of full size. Cancelled if another thread cancels `progress`."""
+        self._images, self.wanted = find_stars(self._scene, self._wish.stars, self._wish.settings, threads, progress), 0
+
+    def added(self, pixels: np.ndarray, settings: bentlight_native.RenderSettings) -> np.ndarray:
+        """A copy of the pixels of a picture with these settings, with what is found of its stars."""
+        if self._images is None:
+            return pixels.copy()
+        if self._shown is None or self._shown.shape[:2] != pixels.shape[:2]:
+            self._shown = draw_stars(self._images, self._wish.stars, settings, (0, 0, settings.width, settings.height))
+        lit = bentlight_native.with_stars({"combined": pixels}, self._shown, settings.film_transparent)
+        return lit["combined"].copy() if settings.film_transparent else lit["combined"]
 
 
 def _render_tile(

@@ -410,8 +410,8 @@ def check_range(settings: bpy.types.bpy_struct, names: Iterable[str]) -> None:
     for name in names:
         item, value, owner = settings.bl_rna.properties[name], getattr(settings, name), settings.id_data
         if item.type in {"INT", "FLOAT"} and not item.hard_min <= value <= item.hard_max:
-            span = f"between {item.hard_min:g} and {item.hard_max:g}, not {value:g}"
-            raise RenderError(f"{owner.bl_rna.name} '{owner.name}': {item.name} must lie {span}")
+            text = "{} '{}': {} must lie between {:g} and {:g}, not {:g}"
+            raise RenderError(text, owner.bl_rna.name, owner.name, item.name, item.hard_min, item.hard_max, value)
 
 
 def register() -> None:

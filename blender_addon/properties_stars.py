@@ -4,6 +4,11 @@ import bpy
 from bpy.props import EnumProperty, FloatProperty, FloatVectorProperty, IntProperty, StringProperty
 
 
+def _tag(self: "BentlightWorldSettings", context: bpy.types.Context) -> None:
+    """Blender knows of no change in a setting of ours that a script makes."""
+    self.id_data.update_tag()
+
+
 class BentlightWorldSettings(bpy.types.PropertyGroup):
     """world.bentlight: points of light in the sky."""
 
@@ -16,6 +21,7 @@ class BentlightWorldSettings(bpy.types.PropertyGroup):
             ("CATALOG", "Catalog", "From a text file: right ascension, declination, magnitude, color index B-V"),
         ],
         default="OFF",
+        update=_tag,
     )
     star_count: IntProperty(
         name="Count",
@@ -24,8 +30,11 @@ class BentlightWorldSettings(bpy.types.PropertyGroup):
         max=1_000_000,
         soft_max=50_000,
         default=5000,
+        update=_tag,
     )
-    star_seed: IntProperty(name="Seed", description="Another seed, 0 and more, is another sky", min=0, default=0)
+    star_seed: IntProperty(
+        name="Seed", description="Another seed, 0 and more, is another sky", min=0, default=0, update=_tag
+    )
     star_brightest: FloatProperty(
         name="Brightest",
         description=(
@@ -38,6 +47,7 @@ class BentlightWorldSettings(bpy.types.PropertyGroup):
         soft_max=5.0,
         default=-1.0,
         precision=1,
+        update=_tag,
     )
     star_slope: FloatProperty(
         name="Faint Ones",
@@ -50,6 +60,7 @@ class BentlightWorldSettings(bpy.types.PropertyGroup):
         default=0.5,
         precision=2,
         subtype="FACTOR",
+        update=_tag,
     )
     star_catalog: StringProperty(
         name="Catalog",
@@ -58,6 +69,7 @@ class BentlightWorldSettings(bpy.types.PropertyGroup):
             "color index B-V, with commas between them"
         ),
         subtype="FILE_PATH",
+        update=_tag,
     )
     star_strength: FloatProperty(
         name="Strength",
@@ -67,10 +79,12 @@ class BentlightWorldSettings(bpy.types.PropertyGroup):
         min=0.0,
         soft_max=100.0,
         default=1.0,
+        update=_tag,
     )
     star_rotation: FloatVectorProperty(
         name="Rotation",
         description="Turns the sky. Without it, declination counts from the XY plane and right ascension from X",
         subtype="EULER",
         size=3,
+        update=_tag,
     )

@@ -15,7 +15,7 @@ from bentlight_native import Part, Picture, Piece, write_part
 
 from .checkpoint import Checkpoint
 from .farm import Job
-from .session import Begun, FinishedTile, Session, StarLight, Tile, empty_light
+from .session import Begun, FinishedTile, Session, Tile, empty_light
 
 _INTERVAL = 30.0  # seconds between checkpoints of what is not done: tiles that take rounds, light from lamps
 
@@ -32,7 +32,6 @@ class Recording:
         settings: bentlight_native.RenderSettings,
         window: tuple[int, int, int, int],
         tiles: Sequence[Tile],
-        stars: StarLight | None,
         order: str,
     ) -> None:
         self._job = job
@@ -40,7 +39,6 @@ class Recording:
         self._picture = picture
         self._settings = settings
         self._window = window
-        self._stars = stars
         self._order = order
         self._states: dict[Tile, np.ndarray] = {}  # of tiles that are done
         self._checkpoint: Checkpoint | None = None
@@ -73,7 +71,7 @@ class Recording:
         elif time.monotonic() > self._next:
             session.pause()
 
-    def finish(self, was_cancelled: bool) -> tuple[Path, ...]:
+    def finish(self, was_cancelled: bool, star_sums: np.ndarray | None) -> tuple[Path, ...]:
         """The session has ended, as all is done or the time is over, or cancelled: writes the part if it is whole.
         Returns files that are of no use once the picture is safe: none of one that was cancelled."""
         is_whole = len(self._states) == len(self.tiles)
@@ -83,7 +81,7 @@ class Recording:
         if is_whole and self._checkpoint and self.light is not None:
             self._checkpoint.set_rounds((), self.light)
         if self._job.is_part:
-            write_part(f"{self._path}.part.exr", self._part())
+            write_part(f"{self._path}.part.exr", self._part(star_sums))
         self.close()
         return self._checkpoint.files if self._checkpoint else ()
 
@@ -97,15 +95,20 @@ class Recording:
         of = [asdict(self._picture), asdict(self._settings), self._window, self._order]
         return hashlib.sha256(json.dumps(of).encode()).hexdigest()
 
-    def _part(self) -> Part:
+    def _part(self, star_sums: np.ndarray | None) -> Part:
         settings, (x, y, width, height) = self._settings, self._picture.window
         state = bentlight_native.empty_state(self._picture.names, settings, width, height)
         for tile, values in self._states.items():
             state[tile.y - y : tile.y - y + tile.height, tile.x - x : tile.x - x + tile.width] = values
+        stars = None
+        if star_sums is not None:
+            left, bottom, across, up = self._window
+            stars = np.zeros((height, width, star_sums.shape[-1]))
+            stars[bottom - y : bottom - y + up, left - x : left - x + across] = star_sums
         return Part(
             self._picture,
             [Piece(*self._window, settings.first_sample, settings.sample_count)],
             state,
             None if self.light is None else self.light[y : y + height, x : x + width],
-            None if self._stars is None else self._stars.draw(Tile(*self._picture.window), settings),
+            stars,
         )

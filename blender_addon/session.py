@@ -56,21 +56,12 @@ class Begun:
 
 @dataclass(frozen=True)
 class StarLight:
-    """The images of stars in the whole picture, and what each brings to it (StarImages.light)."""
+    """What the stars of a moment bring to the pixels that are rendered: (height, width, 3) float32 from a corner, in
+    pixels of the full image, on."""
 
-    images: bentlight_native.StarImages
-    light: np.ndarray
+    shown: np.ndarray
+    corner: tuple[int, int] = (0, 0)
     group: int = -1  # number of the sky's light group
-
-    def draw(self, tile: Tile, settings: bentlight_native.RenderSettings) -> np.ndarray:
-        """What stars bring to the pixels of a tile, (height, width, 3) float32."""
-        return self.images.draw(
-            self.light,
-            (settings.width, settings.height),
-            (tile.x, tile.y, tile.width, tile.height),
-            settings.filter,
-            settings.filter_width,
-        )
 
 
 class Round(NamedTuple):
@@ -129,7 +120,8 @@ class Session:
     The integrator BIDIRECTIONAL brings light from lamps to all of the picture from every tile: tiles come with what
     there is so far, and all of them again at the end.
 
-    Stars are added to finished tiles, those of all moments so far by their part of the samples: they take none.
+    Stars are added to finished tiles, those of all moments so far by their part of the samples: they take none. All
+    moments are gone through for them, also those in which no tile takes samples any more.
 
     With keeps_state tiles that are done come with their states. begun: states of tiles, by number, that an earlier
     session with the same arguments has left, to go on from as if it had not ended; light: where light from lamps is
@@ -156,9 +148,10 @@ class Session:
         self._time_limit = time_limit
         self._slices = slices or [Slice(0, settings.sample_count, 0.5)]
         self._move = move
-        self._stars = stars  # of the moment
-        self._past_stars: np.ndarray | None = None  # of those before, (height, width, 3) times samples
-        self._past_samples = 0
+        self._stars: StarLight | None = None  # of the newest moment that has any
+        self._star_sums: np.ndarray | None = None  # of all so far (bentlight_native.star_sum)
+        self._star_samples = 0
+        self._add_stars(stars, self._slices[0].count)
         rounds = _rounds(self._slices, bool(time_limit))
         self._has_rounds = len(rounds) > 1
         self._names = tuple(dict.fromkeys((*channels, "sample_count")))
@@ -176,10 +169,11 @@ class Session:
         self._waiting = deque(self._works)
         self._moment = 0
         self._is_moving = False  # the owner has been asked to
+        self._is_ended = False  # there are no more moments
         self._is_pausing = False
         self._busy = 0  # tiles that are being rendered
         self._spared = 0  # pixel samples of rounds that were not needed
-        self._changed = threading.Condition()  # guards the six above
+        self._changed = threading.Condition()  # guards the seven above
         self._light = empty_light(settings) if light is None else light
         self._unlit: dict[Tile, FinishedTile] = {}  # as they came last, where light is added to them
         self._results: queue.SimpleQueue[FinishedTile | BaseException | object | None] = queue.SimpleQueue()
@@ -229,6 +223,11 @@ class Session:
     def light(self) -> np.ndarray | None:
         """What all finished tiles have brought from lamps, after the last one or while the session is settled."""
         return self._light
+
+    @property
+    def star_sums(self) -> np.ndarray | None:
+        """Of the pixels that are rendered, over all samples so far (bentlight_native.star_sum); None without stars."""
+        return self._star_sums
 
     def pause(self) -> None:
         """Lets no thread begin another round until `go_on`."""
@@ -288,7 +287,7 @@ class Session:
 
     def _last(self) -> list[FinishedTile]:
         """Tiles that were not shown with all their samples, or have got light or stars since."""
-        has_changed = self._light is not None or self._past_stars is not None
+        has_changed = self._light is not None or (self._moment > 0 and self._stars is not None)
         last = [work for work in self._works if not work.is_shown or (has_changed and work.shown > -math.inf)]
         found = [FinishedTile(work.tile, work.channels, None, len(work.rounds)) for work in last]
         self._unlit |= {finished.tile: finished for finished in found}
@@ -308,13 +307,19 @@ class Session:
         """The tile with the stars in it."""
         if self._stars is None:
             return finished
-        tile, count = finished.tile, self._slices[self._moment].count
-        shown = self._stars.draw(tile, self._settings)
-        if self._past_stars is not None:
-            past = self._past_stars[tile.y : tile.y + tile.height, tile.x : tile.x + tile.width]
-            shown = (past + shown * count) / (self._past_samples + count)
+        tile, (x, y) = finished.tile, self._stars.corner
+        sums = self._star_sums[tile.y - y : tile.y - y + tile.height, tile.x - x : tile.x - x + tile.width]
+        shown = bentlight_native.star_mean(sums, self._star_samples)
         lit = bentlight_native.with_stars(finished.channels, shown, self._settings.film_transparent, self._stars.group)
         return replace(finished, channels=lit)
+
+    def _add_stars(self, stars: StarLight | None, samples: int) -> None:
+        """Those of a moment that has so many samples."""
+        self._star_samples += samples
+        if stars is not None:
+            added = bentlight_native.star_sum(stars.shown, samples)
+            self._star_sums = added if self._star_sums is None else self._star_sums + added
+            self._stars = stars
 
     def _begin_moment(self) -> None:
         """Moves the scene on; all workers wait."""
@@ -322,14 +327,11 @@ class Session:
         with self._changed:
             if moved is None:
                 self._waiting.clear()
+                self._is_ended = True
             else:
-                if self._stars is not None:
-                    count, settings = self._slices[self._moment].count, self._settings
-                    shown = self._stars.draw(Tile(0, 0, settings.width, settings.height), settings) * count
-                    self._past_stars = shown if self._past_stars is None else self._past_stars + shown
-                    self._past_samples += count
-                self._scene, self._stars = moved
                 self._moment += 1
+                self._scene, stars = moved
+                self._add_stars(stars, self._slices[self._moment].count)
             self._is_moving = False
             self._changed.notify_all()
 
@@ -363,13 +365,18 @@ class Session:
                     self._busy += 1
                     return work
                 if not self._busy:
-                    if not self._waiting:
+                    if not self._waiting and not self._wants_stars:
                         break
                     if not self._is_moving:
                         self._is_moving = True
                         self._results.put(_MOVE)
                 self._changed.wait(_PAUSE_POLL if self._is_moving else None)
         return None
+
+    @property
+    def _wants_stars(self) -> bool:
+        """Whether there are moments left whose stars are not seen yet."""
+        return self._stars is not None and not self._is_ended and self._moment + 1 < len(self._slices)
 
     def _put_back(self, work: _Work, wants_more: bool) -> None:
         """A tile's round has ended; if it wants no more, the samples of all its other rounds count as done."""

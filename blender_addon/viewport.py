@@ -102,7 +102,7 @@ class Viewport:
         else:
             self._wanted = replace(self._wanted, camera=camera)
         data = self._wanted
-        self._progressive.render(Wish(lambda: self._build(data), settings, pixel_size))
+        self._progressive.render(Wish(lambda: self._build(data), settings, pixel_size, data.stars))
         self._shown = shown
 
     def _build(self, data: SceneData) -> bentlight_native.Scene:

@@ -177,7 +177,7 @@ def update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     found = {item.name: (item, used) for item, used in zip(items, spacetime.influence_radii(items), strict=True)}
     for name, (item, used) in found.items():
         if not math.isfinite(used):
-            raise RenderError(f"'{name}' has no lens radius: press Use in Cycles")
+            raise RenderError("'{}' has no lens radius: press Use in Cycles", name)
         hole = lenses[name].parent.evaluated_get(depsgraph)
         light = disk.sockets(hole, item, scene.frame_current_final)
         light["Gravitational"] = ("NodeSocketFloat", scene.bentlight.gravitational)

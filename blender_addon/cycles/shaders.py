@@ -50,7 +50,7 @@ def compiled(name: str) -> Shader:
     os.close(handle)
     try:
         if not compile_file(str(source_folder() / f"{name}.osl"), path):
-            raise RenderError(f"The shader {name}.osl does not compile; see the console")
+            raise RenderError("The shader {}.osl does not compile; see the console", name)
         return Shader(Path(path).read_text(), f"{name} {key()}")
     finally:
         os.unlink(path)

@@ -61,5 +61,5 @@ def _bake(kind: str) -> None:
     try:
         table.write(*paths(kind))
     except OSError as error:
-        raise RenderError(f"Deflection tables cannot be written: {error}") from None
+        raise RenderError("Deflection tables cannot be written: {}", error) from None
     log.info("deflection tables of %s: error %.1g rad at most", kind, max(table.measured))

@@ -109,7 +109,7 @@ def _cursor_rays(scene: bpy.types.Scene, items: list[SpacetimeData]) -> fans.Ray
     place = np.array(scene.cursor.location)
     for item in items:
         if spacetime.is_inside_core(item, place):
-            raise RenderError(f"The 3D cursor is inside '{item.name}'")
+            raise RenderError("The 3D cursor is inside '{}'", item.name)
     return fans.star(place, scene.bentlight.overlay.ray_count, _target(items, place), np.array([0.0, 0.0, 1.0]))
 
 

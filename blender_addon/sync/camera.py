@@ -51,7 +51,7 @@ def read_camera(
     width, height = image_size(render)
     kind = {"PERSP": "PERSPECTIVE", "ORTHO": "ORTHOGRAPHIC", "PANO": getattr(lens, "panorama_type", "")}.get(lens.type)
     if kind is None or (lens.type == "PANO" and kind not in _PANORAMA_PROPERTIES):
-        raise RenderError(f"Camera '{camera.name}': lens type {lens.type} is not supported")
+        raise RenderError("Camera '{}': lens type {} is not supported", camera.name, lens.type)
     plane = _image_plane(lens, width * render.pixel_aspect_x, height * render.pixel_aspect_y)
     world_from_camera = _without_scale(camera.name, world_from_camera)
     return CameraData(
@@ -117,7 +117,7 @@ def _without_scale(name: str, matrix: np.ndarray) -> np.ndarray:
     matrix = np.array(matrix, dtype=np.float64, order="C")
     lengths = np.linalg.norm(matrix[:3, :3], axis=0)
     if not np.isfinite(matrix).all() or not (lengths > 0).all():
-        raise RenderError(f"Camera '{name}' has a transform that is not finite or has no size")
+        raise RenderError("Camera '{}' has a transform that is not finite or has no size", name)
     matrix[:3, :3] /= lengths
     return matrix
 

@@ -37,8 +37,10 @@ def read_extent(settings: Any, hole: SpacetimeData) -> DiskExtent:
     inner = max(inner, horizon * (1 + _ABOVE_HORIZON))
     if not settings.outer_radius > inner:
         raise RenderError(
-            f"Black hole '{hole.name}': the outer radius of its disk, {settings.outer_radius:g} masses, must be larger "
-            f"than the inner one, {inner:.4g}"
+            "Black hole '{}': the outer radius of its disk, {:g} masses, must be larger than the inner one, {:.4g}",
+            hole.name,
+            settings.outer_radius,
+            inner,
         )
     return DiskExtent(hole.mass, hole.spin, hole.chart == "ISOTROPIC", inner, settings.outer_radius)
 

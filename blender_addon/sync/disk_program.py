@@ -140,7 +140,7 @@ class _DiskWriter:
     def _ramp(self) -> tuple[int, int]:
         texture = self._settings.ramp
         if texture is None or not texture.use_color_ramp:
-            raise RenderError(f"{self.compiler.owner}: its disk has no color ramp: choose a texture that has one")
+            raise RenderError("{}: its disk has no color ramp: choose a texture that has one", self.compiler.owner)
         table = self.compiler.builder.table(ramp_table(texture.color_ramp))
         color = self.compiler.emit("ramp", self._depth(), immediates=(*table, "ON"))
         return color, color + 1
@@ -148,7 +148,7 @@ class _DiskWriter:
     def _image(self) -> tuple[int, int]:
         image = self._settings.image
         if image is None:
-            raise RenderError(f"{self.compiler.owner}: its disk has no image: choose one")
+            raise RenderError("{}: its disk has no image: choose one", self.compiler.owner)
         index = self.compiler.images.index_of(image, self.compiler.warnings.append)
         around = self._math("DIVIDE", self._azimuth, 2 * math.pi)
         edge = 0.5 / image.size[1]  # images repeat around the hole, not outwards
@@ -161,7 +161,7 @@ class _DiskWriter:
     def _write_material(self, cover: int) -> None:
         material = self._settings.material
         if material is None or node_tree(material) is None:
-            raise RenderError(f"{self.compiler.owner}: its disk has no material with nodes: choose one")
+            raise RenderError("{}: its disk has no material with nodes: choose one", self.compiler.owner)
         place, factors = (self._radius, self._azimuth), (self._shift(), self._doppler, self._gravitational)
         values = (*place, *factors, self._order, self._noise())
         self.compiler.given = dict(zip(MATERIAL_ATTRIBUTES, values, strict=True))

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import bpy
 import numpy as np
 
-from ..report import RenderError
+from ..report import RenderError, told
 from .memory import Memory
 
 _INTEGER_FORMATS = ("PNG", "TIFF", "JPEG2000", "DPX", "CINEON")  # that may have 16 bits per channel
@@ -75,15 +75,15 @@ def image_pixels(image: Any, warn: Callable[[str], None]) -> Pixels:
     cannot be read; NaN and infinity become 0, with a warning.
     """
     if image.source == "TILED":
-        warn(f"image '{image.name}' is tiled (UDIM); only Image Texture nodes can show more than its first tile")
+        warn(told("image '{}' is tiled (UDIM); only Image Texture nodes can show more than its first tile", image.name))
     width, height = image.size
     if width == 0 or height == 0:
-        raise RenderError(f"Image '{image.name}': its file '{image.filepath}' is missing or cannot be read")
+        raise RenderError("Image '{}': its file '{}' is missing or cannot be read", image.name, image.filepath)
     values = np.empty(width * height * 4, np.float32)
     image.pixels.foreach_get(values)
     values = values.reshape(height, width, 4)
     if not np.isfinite(values).all():
-        warn(f"image '{image.name}' has pixels that are not finite; they count as 0")
+        warn(told("image '{}' has pixels that are not finite; they count as 0", image.name))
         values = np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)
     if image.alpha_mode == "NONE":
         values[..., 3] = 1.0
@@ -107,7 +107,7 @@ def _tile_pixels(image: Any, number: int, warn: Callable[[str], None]) -> Pixels
         try:
             copy = bpy.data.images.load(path)
         except RuntimeError as error:
-            raise RenderError(f"Image '{image.name}': its file '{name}' is missing or cannot be read") from error
+            raise RenderError("Image '{}': its file '{}' is missing or cannot be read", image.name, name) from error
         try:
             copy.colorspace_settings.name, copy.alpha_mode = image.colorspace_settings.name, image.alpha_mode
             return image_pixels(copy, warn)
@@ -132,7 +132,9 @@ def _byte_pixels(image: Any, values: np.ndarray, warn: Callable[[str], None]) ->
     space = image.colorspace_settings
     srgb = space.name == "sRGB"
     if not (srgb or space.is_data or space.name in ("Linear Rec.709", "Linear", "scene_linear")):
-        warn(f"image '{image.name}': the color space '{space.name}' is not supported yet; sRGB is used instead")
+        warn(
+            told("image '{}': the color space '{}' is not supported yet; sRGB is used instead", image.name, space.name)
+        )
         srgb = True
     pixels = np.rint(values * 255).astype(np.uint8)
     if has_associated_alpha(image):

@@ -12,7 +12,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ..report import Reporter
+from ..report import Reporter, told
 from .images import ImageTable
 from .material import Compiled, compile_output, node_tree
 from .nodes.compiler import Compiler
@@ -43,7 +43,7 @@ def sun_radiance(light: bpy.types.Light, factor: float) -> np.ndarray:
 
 
 def _compiler(light: bpy.types.Light, images: ImageTable) -> Compiler:
-    return Compiler(f"Light '{light.name}'", images, bpy.app.version)
+    return Compiler(told("Light '{}'", light.name), images, bpy.app.version)
 
 
 def _power(light: bpy.types.Light) -> np.ndarray:
@@ -85,7 +85,7 @@ def _spread(compiler: Compiler, weight: int, light: bpy.types.AreaLight, reporte
     if light.spread >= np.pi * (1 - 1e-6):
         return weight
     if light.spread < _SPREAD_MIN:
-        reporter.warn(f"Light '{light.name}': a spread of less than 1 degree is too hard to find; 1 degree is used")
+        reporter.warn("Light '{}': a spread of less than 1 degree is too hard to find; 1 degree is used", light.name)
     half = max(light.spread, _SPREAD_MIN) / 2
     difference = np.tan(half) - half if half > 0.05 else half**3 / 3
     return _times(compiler, weight, "area_spread", np.tan(half), 1 / difference)

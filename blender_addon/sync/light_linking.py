@@ -45,7 +45,7 @@ class _Links:
         for obj in objects if self._members else ():
             signature = self._signature(obj)
             if signature not in self._sets and len(self._sets) == _SETS:
-                reporter.warn(f"Light linking: more than {_SETS} combinations of collections; some lights go astray")
+                reporter.warn("Light linking: more than {} combinations of collections; some lights go astray", _SETS)
                 break
             self._sets.setdefault(signature, len(self._sets))
 

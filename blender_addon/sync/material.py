@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import bpy
 from bentlight_native import Program, ProgramBuilder
 
-from ..report import Reporter
+from ..report import Reporter, told
 from .aovs import compile_aovs
 from .attributes import AttributeKey, AttributeTable
 from .images import ImageTable, Pixels
@@ -42,7 +42,7 @@ def compile_material(
 ) -> Compiled:
     """The surface of a material. Adds the images and attributes that it uses to the tables; raises RenderError if an
     image is missing."""
-    compiler = Compiler(f"Material '{material.name}'", images, bpy.app.version, material.pass_index)
+    compiler = Compiler(told("Material '{}'", material.name), images, bpy.app.version, material.pass_index)
     if attributes is not None:
         compiler.attributes = attributes
     tree = node_tree(material)
@@ -56,7 +56,7 @@ def compile_material(
 
 def compile_world(world: Any, images: ImageTable, aovs: Aovs = ()) -> Compiled:
     """The background of a world; see compile_material."""
-    compiler = Compiler(f"World '{world.name}'", images, bpy.app.version)
+    compiler = Compiler(told("World '{}'", world.name), images, bpy.app.version)
     tree = node_tree(world)
     if tree is None:
         constant = compiler.builder.constant
@@ -82,7 +82,7 @@ def compile_output(compiler: Compiler, tree: Any, weight: int | None = None) -> 
     for name in ("Volume", "Displacement"):
         socket = output.inputs.get(name)
         if socket is not None and socket.is_linked:
-            compiler.warn(output, f"'{name}' is not supported yet; left out")
+            compiler.warn(output, "'{}' is not supported yet; left out", name)
     compiler.surface(output.inputs["Surface"], weight)
 
 

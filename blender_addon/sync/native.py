@@ -11,6 +11,9 @@ from ..report import RenderError
 from . import spacetime
 from .scene_data import CameraData, InstanceData, LampData, SceneData, SpacetimeData, SunData
 
+_INSIDE_HORIZON = "The camera is inside the horizon of black hole '{}'"
+_INSIDE_THROAT = "The camera is inside the throat of wormhole '{}'"
+
 
 def build_scene(data: SceneData, progress: bentlight_native.Progress | None = None) -> bentlight_native.Scene:
     """A committed native scene. Raises RenderError for materials and spacetime objects that cannot be.
@@ -59,7 +62,7 @@ def set_camera(scene: bentlight_native.Scene, camera: CameraData) -> None:
             **camera.panorama,
         )
     except ValueError as error:
-        raise RenderError(f"Camera: {error}") from error
+        raise RenderError("Camera: {}", error) from error
 
 
 def set_program(setter: Callable, program: bentlight_native.Program | None) -> None:
@@ -67,7 +70,7 @@ def set_program(setter: Callable, program: bentlight_native.Program | None) -> N
     try:
         setter(program)
     except ValueError as error:
-        raise RenderError(f"{program.owner}: {error}") from error
+        raise RenderError("{}: {}", program.owner, error) from error
 
 
 def _add_instance(scene: bentlight_native.Scene, instance: InstanceData) -> None:
@@ -88,7 +91,7 @@ def _add_instance(scene: bentlight_native.Scene, instance: InstanceData) -> None
         for number, value in instance.attributes.items():
             scene.set_instance_attribute(index, number, value)
     except ValueError as error:
-        raise RenderError(f"Object '{instance.name}': {error}") from error
+        raise RenderError("Object '{}': {}", instance.name, error) from error
 
 
 def set_suns(scene: bentlight_native.Scene, suns: list[SunData]) -> None:
@@ -114,7 +117,7 @@ def set_lamps(scene: bentlight_native.Scene, lamps: list[LampData]) -> None:
             [lamp.influence for lamp in lamps],
         )
     except ValueError as error:
-        raise RenderError(f"Lights {', '.join(lamp.name for lamp in lamps)}: {error}") from error
+        raise RenderError("Lights {}: {}", ", ".join(lamp.name for lamp in lamps), error) from error
 
 
 def check_camera(items: list[SpacetimeData], camera: CameraData) -> None:
@@ -123,8 +126,8 @@ def check_camera(items: list[SpacetimeData], camera: CameraData) -> None:
     place = camera.world_from_camera[:3, 3]
     for item in items:
         if spacetime.is_inside_core(item, place):
-            where = "inside the horizon of black hole" if item.kind == "BLACK_HOLE" else "inside the throat of wormhole"
-            raise RenderError(f"The camera is {where} '{item.name}'")
+            is_hole = item.kind == "BLACK_HOLE"
+            raise RenderError(_INSIDE_HORIZON if is_hole else _INSIDE_THROAT, item.name)
 
 
 def set_spacetimes(scene: bentlight_native.Scene, items: list[SpacetimeData]) -> None:

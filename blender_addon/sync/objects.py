@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 
 from ..properties import check_range
-from ..report import RenderError, Reporter
+from ..report import RenderError, Reporter, told
 from . import disk, light, mesh, spacetime
 from .aovs import valid_aovs
 from .attributes import OBJECT_KINDS, AttributeKey, read_object_attribute
@@ -101,17 +101,17 @@ class _SceneReader:
         if not instance.show_self or obj.type not in {"MESH", "LIGHT", *UNSUPPORTED_TYPES}:
             return
         if not np.isfinite(matrix).all():
-            raise RenderError(f"Object '{obj.name}': its transform is not finite")
+            raise RenderError("Object '{}': its transform is not finite", obj.name)
         if obj.type == "LIGHT":
             self._add_light(obj, instance.parent, matrix)
         elif obj.type in UNSUPPORTED_TYPES:
-            self._reporter.warn(f"Object '{obj.name}': {UNSUPPORTED_TYPES[obj.type]} cannot be rendered yet")
+            self._reporter.warn("Object '{}': {} cannot be rendered yet", obj.name, told(UNSUPPORTED_TYPES[obj.type]))
         elif self._view_layer.use_solid:
             self._add_geometry(instance, matrix)
 
     def finish(self) -> SceneData:
         for name in sorted(self._without_faces - self._instancers):
-            self._reporter.warn(f"Object '{name}' has no faces, so there is nothing to see of it")
+            self._reporter.warn("Object '{}' has no faces, so there is nothing to see of it", name)
         self._data.images = self._materials.images
         self._data.materials = self._materials.materials
         self._data.material_labels = self._materials.labels
@@ -128,7 +128,7 @@ class _SceneReader:
             if not _is_scattered(instance):  # the mesh of a curve, which came before as itself
                 return
             if obj.bentlight.kind == "WORMHOLE":
-                self._reporter.warn(f"Wormhole '{obj.name}': instances of wormholes are not supported; left out")
+                self._reporter.warn("Wormhole '{}': instances of wormholes are not supported; left out", obj.name)
                 return
         hole = spacetime.read_spacetime(obj, matrix)
         hole.carrier = _name_of(instance.parent)
@@ -207,8 +207,8 @@ class _SceneReader:
     def _refuse_size(self, instance: bpy.types.DepsgraphObjectInstance) -> None:
         """Of an object's own appearance zero size is a mistake, of one among many that are scattered it is usual."""
         if not _is_scattered(instance):
-            raise RenderError(_ZERO_SIZE.format(instance.object.name))
-        self._reporter.warn(f"Object '{instance.object.name}': instances of zero size are left out")
+            raise RenderError(_ZERO_SIZE, instance.object.name)
+        self._reporter.warn("Object '{}': instances of zero size are left out", instance.object.name)
 
     def _material_index(self, material: bpy.types.Material | None) -> int:
         """Index of a material, or of what Cycles makes of an empty slot: gray, since Blender 5 a Principled BSDF."""
@@ -255,12 +255,12 @@ class _SceneReader:
         broken = mesh.drop_broken_triangles(data)
         if broken:
             self._reporter.warn(
-                f"Object '{obj.name}': {broken} triangles have vertices that are not finite or beyond 1e18; left out"
+                "Object '{}': {} triangles have vertices that are not finite or beyond 1e18; left out", obj.name, broken
             )
             if not len(data.triangles):
                 return None
         if not mesh.has_area(data):
-            raise RenderError(_ZERO_SIZE.format(obj.name))
+            raise RenderError(_ZERO_SIZE, obj.name)
         return data
 
     def _append_mesh(self, data: MeshData) -> int:
@@ -270,7 +270,7 @@ class _SceneReader:
     def _add_light(self, obj: bpy.types.Object, parent: bpy.types.Object | None, matrix: np.ndarray) -> None:
         lamp = obj.data
         if not np.isfinite(lamp.energy * 2.0**lamp.exposure):
-            raise RenderError(f"Light '{obj.name}': its power is not finite")
+            raise RenderError("Light '{}': its power is not finite", obj.name)
         # A portal helps Cycles, and is no light.
         is_portal = lamp.type == "AREA" and cycles_setting(lamp, "is_portal", False)
         if lamp.energy == 0 or is_portal:
@@ -278,7 +278,7 @@ class _SceneReader:
         if self._bare and (lamp.type == "SUN" or lamp.energy < 0):
             return  # nothing that rays meet
         if lamp.energy < 0:
-            self._reporter.warn(f"Light '{obj.name}' has negative power, which is not supported; it gives no light")
+            self._reporter.warn("Light '{}' has negative power, which is not supported; it gives no light", obj.name)
             return
         visibility = self._visibility(obj, parent) & Visibility.ALL
         max_bounces = cycles_setting(lamp, "max_bounces", _LAMP_BOUNCES)
@@ -295,7 +295,7 @@ class _SceneReader:
         point = light.is_point(lamp)
         shape = None if axes is None or point else light.read_shape(lamp, axes)
         if shape is None and not point:
-            self._reporter.warn(f"Light '{obj.name}' has zero size; it is not rendered")
+            self._reporter.warn("Light '{}' has zero size; it is not rendered", obj.name)
             return
         material = -1 if self._bare else light.read_material(lamp, axes, self._materials, self._reporter)
         if point:

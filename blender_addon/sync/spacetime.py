@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..report import RenderError
+from ..report import RenderError, told
 from .scene_data import SpacetimeData
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def check(items: list[SpacetimeData]) -> None:
 
 
 def _title(item: SpacetimeData) -> str:
-    return f"{KIND_NAMES[item.kind]} '{item.name}'"
+    return told("{} '{}'", told(KIND_NAMES[item.kind]), item.name)
 
 
 def check_alone(item: SpacetimeData) -> None:
@@ -81,19 +81,19 @@ def check_alone(item: SpacetimeData) -> None:
     matrix = item.world_from_spacetime
     numbers = [item.mass, item.spin, item.throat_radius, item.sphere_radius]
     if not np.isfinite(matrix).all() or not np.isfinite(numbers).all():
-        raise RenderError(f"{_title(item)}: its transform or its settings are not finite numbers")
+        raise RenderError("{}: its transform or its settings are not finite numbers", _title(item))
     axes = matrix[:3, :3]
     scale = np.linalg.norm(axes[:, 0])
     if not scale > 0:
-        raise RenderError(f"{_title(item)} has scale 0")
+        raise RenderError("{} has scale 0", _title(item))
     if np.abs(axes.T @ axes / scale**2 - np.eye(3)).max() > _UNIFORM or np.linalg.det(axes) < 0:
-        raise RenderError(f"{_title(item)}: its scale must be uniform and positive")
+        raise RenderError("{}: its scale must be uniform and positive", _title(item))
     if item.kind == "BLACK_HOLE" and item.mass < 0:
-        raise RenderError(f"{_title(item)}: its mass must not be negative")
+        raise RenderError("{}: its mass must not be negative", _title(item))
     if item.kind == "BLACK_HOLE" and not abs(item.spin) < 1:
-        raise RenderError(f"{_title(item)}: its spin must be smaller than its mass")
+        raise RenderError("{}: its spin must be smaller than its mass", _title(item))
     if item.kind == "WORMHOLE" and not item.throat_radius > 0:
-        raise RenderError(f"{_title(item)}: its throat radius must be positive")
+        raise RenderError("{}: its throat radius must be positive", _title(item))
 
 
 def check_exit(item: SpacetimeData, by_name: dict[str, SpacetimeData]) -> None:
@@ -101,18 +101,22 @@ def check_exit(item: SpacetimeData, by_name: dict[str, SpacetimeData]) -> None:
     if item.kind != "WORMHOLE":
         return
     if item.exit is None:
-        raise RenderError(f"{_title(item)} has no exit: choose the object that is its other mouth")
+        raise RenderError("{} has no exit: choose the object that is its other mouth", _title(item))
     if item.exit == item.name:
-        raise RenderError(f"{_title(item)} is its own exit: choose another object")
+        raise RenderError("{} is its own exit: choose another object", _title(item))
     other = by_name.get(item.exit)
     if other is None or other.kind != "WORMHOLE":
-        raise RenderError(f"{_title(item)}: its exit '{item.exit}' is not a wormhole mouth that is rendered")
+        raise RenderError("{}: its exit '{}' is not a wormhole mouth that is rendered", _title(item), item.exit)
     if other.exit != item.name:
-        raise RenderError(f"{_title(item)}: its exit '{item.exit}' leads elsewhere; two mouths must name each other")
+        raise RenderError("{}: its exit '{}' leads elsewhere; two mouths must name each other", _title(item), item.exit)
     radii = item.throat_radius * item.scale, other.throat_radius * other.scale
     if not math.isclose(*radii, rel_tol=_UNIFORM):
         raise RenderError(
-            f"{_title(item)} and its exit '{item.exit}' must have one throat radius, not {radii[0]:g} and {radii[1]:g}"
+            "{} and its exit '{}' must have one throat radius, not {:g} and {:g}",
+            _title(item),
+            item.exit,
+            radii[0],
+            radii[1],
         )
 
 
@@ -135,7 +139,7 @@ def influence_radii(items: list[SpacetimeData]) -> list[float]:
     for i, a in enumerate(items):
         for j in range(i):
             if given[i] and given[j] and given[i] + given[j] > distances[i][j] * (1 + 1e-9):
-                raise RenderError(f"The spheres of influence of '{items[j].name}' and '{a.name}' overlap")
+                raise RenderError("The spheres of influence of '{}' and '{}' overlap", items[j].name, a.name)
     for item, radius in zip(items, radii, strict=True):
         if radius <= core_radius(item) * item.scale:
             raise RenderError(_too_close(item, items))
@@ -144,7 +148,7 @@ def influence_radii(items: list[SpacetimeData]) -> list[float]:
 
 def _too_close(item: SpacetimeData, items: list[SpacetimeData]) -> str:
     if item.sphere_radius:
-        return f"{_title(item)}: its sphere of influence does not reach out of its horizon or throat"
+        return told("{}: its sphere of influence does not reach out of its horizon or throat", _title(item))
     others = [other for other in items if other is not item]
     nearest = min(others, key=lambda other: float(np.linalg.norm(other.origin - item.origin)))
-    return f"{_title(item)} and '{nearest.name}' overlap: move them apart"
+    return told("{} and '{}' overlap: move them apart", _title(item), nearest.name)

@@ -7,7 +7,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..report import RenderError
+from ..report import RenderError, told
 from .scene_data import StarData
 from .star_catalog import Stars, procedural, read_catalog, temperature_k
 from .thermal import blackbody_rgb
@@ -32,13 +32,13 @@ def _make(settings: bpy.types.PropertyGroup) -> Stars:
 
 
 def _read_catalog(world: bpy.types.World) -> Stars:
-    title = f"World '{world.name}': the catalog of stars"
+    title = told("World '{}': the catalog of stars", world.name)
     if not world.bentlight.star_catalog:
-        raise RenderError(f"{title}: no file is chosen")
+        raise RenderError("{}: no file is chosen", title)
     path = Path(bpy.path.abspath(world.bentlight.star_catalog, library=world.library))
     try:
         return read_catalog(path)
     except OSError as error:
-        raise RenderError(f"{title} '{path.name}' cannot be read ({error.strerror})") from error
+        raise RenderError("{} '{}' cannot be read ({})", title, path.name, error.strerror) from error
     except ValueError as error:
-        raise RenderError(f"{title} '{path.name}': {error}") from error
+        raise RenderError("{} '{}': {}", title, path.name, error) from error

@@ -107,9 +107,10 @@ def test_merged_parts_are_the_whole(monkeypatch, tmp_path, integrator):
 
 
 def blur(scene):
-    """The roof moves while the shutter is open, in frame 10, without stars."""
-    scene.world.bentlight.stars = "OFF"
+    """The roof moves and the camera turns while the shutter is open, in frame 10."""
     for frame, place in ((0, -10.0), (20, 10.0)):
+        scene.camera.rotation_euler.x = 0.5 * place
+        scene.camera.keyframe_insert("rotation_euler", index=0, frame=frame)
         bpy.data.objects["Roof"].location.x = place
         bpy.data.objects["Roof"].keyframe_insert("location", index=0, frame=frame)
     scene.render.use_motion_blur, scene.render.motion_blur_shutter = True, 0.5
@@ -370,7 +371,7 @@ def test_nothing_is_left_of_a_frame_whose_time_is_over(monkeypatch, tmp_path, in
     )
     finish = Recording.finish
     with monkeypatch.context() as patch:
-        patch.setattr(Recording, "finish", lambda self, was_cancelled: finish(self, was_cancelled=True))
+        patch.setattr(Recording, "finish", lambda self, _, star_sums: finish(self, True, star_sums))
         resumed_render(tmp_path)
     assert not removed and (tmp_path / "frame_0001.checkpoint").exists()
     resumed_render(tmp_path)

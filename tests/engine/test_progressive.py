@@ -9,6 +9,7 @@ import pytest
 
 from blender_addon import progressive
 from blender_addon.progressive import Progressive, Wish
+from blender_addon.sync.scene_data import StarData
 from tests.engine.test_session import glowing_scene, settings
 
 
@@ -150,3 +151,84 @@ def test_pictures_do_not_depend_on_threads():
         watcher.progressive.close()
     assert (ends[0] == ends[1]).all()
     assert bentlight_native.CHANNELS["combined"].components == ends[0].shape[2]
+
+
+def look_from(distance):
+    place = np.eye(4)
+    place[2, 3] = distance
+    return place
+
+
+def open_scene():
+    """A hole before nothing but stars."""
+    scene = bentlight_native.Scene()
+    scene.set_spacetime(bentlight_native.Spacetime.schwarzschild(0.1))
+    scene.set_camera("PERSPECTIVE", look_from(5.0), (-0.7, 0.7, -0.5, 0.5))
+    scene.commit()
+    return scene
+
+
+def sky_of_stars(count):
+    directions = np.random.default_rng(3).normal(size=(count, 3))
+    return StarData(directions / np.linalg.norm(directions, axis=1)[:, None], np.full((count, 3), (1e-3, 2e-3, 5e-4)))
+
+
+def starry(scene, wanted, stars):
+    """What the renderer and its stars give."""
+    whole = {"combined": np.zeros((wanted.height, wanted.width, 4), np.float32)}
+    scene.render_tile(0, 0, wanted.width, wanted.height, wanted, whole)
+    images = scene.find_stars(stars.directions, (wanted.width, wanted.height), margin=wanted.filter_width / 2)
+    whole["combined"][..., :3] += images.draw(
+        images.light(stars.irradiance),
+        (wanted.width, wanted.height),
+        (0, 0, wanted.width, wanted.height),
+        wanted.filter,
+        wanted.filter_width,
+    )
+    assert len(images) > 10
+    return whole["combined"]
+
+
+@pytest.mark.parametrize("stars_per_second", [1e9, 1.0], ids=["at once", "later"])
+@pytest.mark.parametrize("pixels_per_second", [1e9, 1000.0], ids=["fine", "coarse"])
+def test_stars_are_seen(watcher, stars_per_second, pixels_per_second):
+    """In all pictures but the first, and in that one if they are found quickly; as bright in coarse ones."""
+    scene, wanted, stars = open_scene(), settings(width=60, height=44, sample_count=4), sky_of_stars(2000)
+    plain = {"combined": np.zeros((44, 60, 4), np.float32)}
+    scene.render_tile(0, 0, 60, 44, wanted, plain)
+    watcher.progressive._stars_per_second = stars_per_second
+    watcher.progressive._pixels_per_second = pixels_per_second
+    watcher.progressive.render(Wish(lambda: scene, wanted, 1, stars))
+    watcher.wait(lambda: watcher.pictures and watcher.pictures[-1].samples == 4)
+    expected = starry(scene, wanted, stars)
+    np.testing.assert_allclose(watcher.pictures[-1].pixels, expected, rtol=1e-5, atol=1e-6)
+    added = (expected - plain["combined"])[..., 1].mean()
+    brightness = [picture.pixels[..., 1].mean() - plain["combined"][..., 1].mean() for picture in watcher.pictures]
+    assert added > 1e-3 and len(brightness) > 2
+    assert brightness[0] == pytest.approx(added if stars_per_second > 1 else 0, abs=0.1 * added)
+    np.testing.assert_allclose(brightness[1:], added, rtol=0.1)
+
+
+def test_a_camera_that_sees_no_stars_or_a_transparent_film(watcher):
+    scene, stars = open_scene(), sky_of_stars(2000)
+    for film_transparent in (True, False):
+        wanted = settings(sample_count=4 + film_transparent, film_transparent=film_transparent)
+        if not film_transparent:
+            scene.set_camera("ORTHOGRAPHIC", look_from(5.0), (-1, 1, -1, 1))
+            scene.commit()
+        whole = {"combined": np.zeros((wanted.height, wanted.width, 4), np.float32)}
+        scene.render_tile(0, 0, wanted.width, wanted.height, wanted, whole)
+        watcher.progressive.render(Wish(lambda: scene, wanted, 1, stars))
+        watcher.wait(lambda n=wanted.sample_count: watcher.pictures and watcher.pictures[-1].samples == n)
+        np.testing.assert_allclose(watcher.pictures[-1].pixels, whole["combined"], rtol=1e-5, atol=1e-6)
+
+
+def test_another_wish_does_not_wait_for_stars(watcher):
+    """A million of them take seconds."""
+    scene = open_scene()
+    watcher.progressive.render(Wish(lambda: scene, settings(sample_count=4), 1, sky_of_stars(1_000_000)))
+    watcher.wait(lambda: watcher.pictures)
+    asked = time.monotonic()
+    watcher.progressive.render(Wish(lambda: scene, settings(sample_count=3)))
+    watcher.wait(lambda: watcher.pictures[-1].samples == 3)
+    assert time.monotonic() - asked < 1

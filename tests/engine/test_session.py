@@ -7,7 +7,8 @@ import bentlight_native
 import numpy as np
 import pytest
 
-from blender_addon.session import Session, Tile, sample_rounds, spiral_tiles
+from blender_addon.session import Begun, Session, StarLight, Tile, sample_rounds, spiral_tiles
+from blender_addon.sync.slices import Slice
 
 
 @pytest.mark.parametrize("region", [(0, 0, 64, 48), (5, 7, 33, 17), (0, 0, 1, 1), (3, 0, 100, 1)])
@@ -197,3 +198,48 @@ def test_light_from_lamps_does_not_depend_on_threads_or_tiles():
         pictures.append(picture)
     np.testing.assert_array_equal(*pictures)
     assert pictures[0][..., :3].max() > 0
+
+
+def moving_stars(count):
+    """Stars of `count` moments: one pixel's worth of light that goes from left to right."""
+    shown = np.zeros((count, 30, 40, 3), np.float32)
+    for moment in range(count):
+        shown[moment, 7, 3 + moment] = (0.1 * (moment + 1), 1e-7, 1e4)
+    return [StarLight(one) for one in shown]
+
+
+def test_each_moment_brings_its_part_of_the_stars():
+    """In proportion to its samples, and to the last bit in any order."""
+    counts, scene, stars = [3, 1, 2], glowing_scene(), moving_stars(3)
+    parts = [Slice(sum(counts[:i]), count, 0.5) for i, count in enumerate(counts)]
+    wanted, tiles = settings(width=40, height=30, sample_count=6), spiral_tiles(0, 0, 40, 30, 16)
+
+    blur = {"slices": parts, "move": lambda moment: (scene, stars[moment])}
+    session = Session(scene, wanted, tiles, ["combined"], 2, stars=stars[0], **blur)
+    last = {tile.tile: tile for tile in session.finished(0.1) if tile}
+    expected = sum(star.shown.astype(float) * count for star, count in zip(stars, counts, strict=True)) / 6
+    mean = bentlight_native.star_mean(session.star_sums, 6)
+    np.testing.assert_allclose(mean, expected, rtol=1e-6)
+    backwards = sum(bentlight_native.star_sum(stars[i].shown, counts[i]) for i in (2, 0, 1))
+    assert (backwards == session.star_sums).all()
+    plain = {tile.tile: tile for tile in Session(scene, wanted, tiles, ["combined"], 2).finished(0.1) if tile}
+    for tile, finished in last.items():
+        part = mean[tile.y : tile.y + tile.height, tile.x : tile.x + tile.width]
+        np.testing.assert_array_equal(
+            finished.channels["combined"][..., :3], plain[tile].channels["combined"][..., :3] + part
+        )
+
+
+def test_stars_of_all_moments_are_there_when_a_session_finds_all_tiles_done():
+    counts, scene, stars = [2, 2, 2], glowing_scene(), moving_stars(3)
+    parts = [Slice(sum(counts[:i]), count, 0.5) for i, count in enumerate(counts)]
+    wanted, tiles = settings(width=40, height=30, sample_count=6), spiral_tiles(0, 0, 40, 30, 16)
+    sums, states = [], {}
+    for begun in (None, states):
+        blur = {"slices": parts, "move": lambda moment: (scene, stars[moment])}
+        session = Session(scene, wanted, tiles, ["combined"], 2, stars=stars[0], keeps_state=True, begun=begun, **blur)
+        for tile in session.finished(0.1):
+            if tile and tile.state is not None:
+                states[tiles.index(tile.tile)] = Begun(tile.state, 0)
+        sums.append(session.star_sums)
+    assert len(states) == len(tiles) and (sums[0] == sums[1]).all()

@@ -107,6 +107,66 @@ def test_a_star_brings_the_light_of_its_magnitude(tmp_path):
     assert render(tmp_path)["Combined"][..., :3].max() == 0
 
 
+def one_star(tmp_path, **settings):
+    """In the middle of the picture, white."""
+    path = tmp_path / "one.csv"
+    path.write_text("90, 0, 0, 0.65\n")
+    return make_world(stars="CATALOG", star_catalog=str(path), star_strength=1e6, **settings)
+
+
+def spread(pixels):
+    """Standard deviations (2,) across and up of a picture's light, in pixels."""
+    weights = pixels[..., 1].astype(float) / pixels[..., 1].sum(dtype=float)
+    y, x = np.indices(weights.shape) + 0.5
+    return np.sqrt([(weights * (axis - (weights * axis).sum()) ** 2).sum() for axis in (x, y)])
+
+
+def test_a_star_out_of_focus_is_as_large_as_the_lens_says(tmp_path):
+    """A disk whose radius is that of the opening, lens / (2 f), over the distance in focus; anamorphic ones are
+    narrower or wider. Its light is the same."""
+    camera = look_at_y()
+    one_star(tmp_path)
+    sharp = render(tmp_path)["Combined"]
+    lens = camera.data
+    lens.dof.use_dof, lens.dof.focus_distance, lens.dof.aperture_fstop = True, 0.04, 1.0
+    radius = lens.lens * 1e-3 / (2 * lens.dof.aperture_fstop) / lens.dof.focus_distance / (2 / 64)
+    for ratio in (1.0, 0.5, 2.0):
+        lens.dof.aperture_ratio = ratio
+        blurred = render(tmp_path)["Combined"]
+        np.testing.assert_allclose(flux(blurred), flux(sharp), rtol=1e-5)
+        expected = np.sqrt(spread(sharp) ** 2 + (radius / np.array([ratio, 1]) / 2) ** 2)
+        np.testing.assert_allclose(spread(blurred), expected, rtol=0.02)
+    assert radius > 5
+
+
+def camera_angle(frame):
+    """Of the camera below, which turns as slowly at both ends as Blender's keys say."""
+    bpy.context.scene.frame_set(int(frame), subframe=frame - int(frame))
+    angle = bpy.context.scene.camera.rotation_euler.z
+    bpy.context.scene.frame_set(5)
+    return angle
+
+
+def test_stars_streak_as_the_camera_turns(tmp_path):
+    """By as much as it turns while the shutter is open; all their light is there."""
+    scene, camera = bpy.context.scene, look_at_y()
+    one_star(tmp_path)
+    still = render(tmp_path)["Combined"]
+    for frame, angle in ((0, -1.0), (10, 1.0)):
+        camera.rotation_euler.z = angle
+        camera.keyframe_insert("rotation_euler", index=2, frame=frame)
+    scene.frame_set(5)
+    scene.render.use_motion_blur, scene.render.motion_blur_shutter = True, 1.0
+    scene.render.motion_blur_position = "CENTER"
+    scene.bentlight.samples = scene.bentlight.motion_slices = 32
+    moving = render(tmp_path)["Combined"]
+    np.testing.assert_allclose(flux(moving), flux(still), rtol=0.02)
+    across, up = spread(moving)
+    assert abs(up - spread(still)[1]) < 0.05
+    turn = camera_angle(5.5) - camera_angle(4.5)
+    assert across == pytest.approx(np.hypot(spread(still)[0], 32 * turn / np.sqrt(12)), rel=0.05)
+
+
 def test_the_film_and_surfaces_hide_stars(tmp_path):
     look_at_y()
     make_world(stars="PROCEDURAL", star_count=20000)

@@ -1,9 +1,19 @@
 """More samples where bending spreads a pixel's rays: how many, which ones, and what they are worth."""
 
+from dataclasses import replace
+
 import meshes
 import numpy as np
 import pytest
-from bentlight_native import Progress, RenderSettings, Spacetime
+from bentlight_native import (
+    CHANNELS,
+    Progress,
+    RenderSettings,
+    Spacetime,
+    develop_state,
+    empty_state,
+    merge_states,
+)
 from bentlight_native.geometry import CAPTURED, ESCAPED_FAR, UNRESOLVED
 from scenes import add, diffuse, emission, look_at, new_scene, perspective, render
 from test_direct_light import placed
@@ -137,6 +147,35 @@ def test_tiles_and_rounds_do_not_matter_and_ranges_merge(hole):
     hole.render_tile(0, 0, WIDTH, HEIGHT, more, resumed)
     np.testing.assert_array_equal(resumed["sample_count"], whole["sample_count"])
     np.testing.assert_allclose(resumed["combined"], whole["combined"], rtol=1e-6)
+
+
+def test_moments_count_by_their_samples_however_many_parts_those_have(hole):
+    """A hole that has moved: each moment's samples add up to what they are alone, to the last bit in any order."""
+    names, settings = ("combined", "normal", "sample_count", "matte_object"), {"photon_ring_samples": 8}
+    moved = scene_of(Spacetime.schwarzschild(0.8))
+    moments = [(hole, 0, 3), (moved, 3, 2), (hole, 5, 4)]
+    alone, states = [], []
+    whole = empty_state(names, RenderSettings(WIDTH, HEIGHT), WIDTH, HEIGHT)
+    for scene, first, count in moments:
+        channels = {name: np.zeros((HEIGHT, WIDTH, CHANNELS[name].components), np.float32) for name in names}
+        wanted = RenderSettings(WIDTH, HEIGHT, first_sample=first, sample_count=count, **settings)
+        states.append(empty_state(names, wanted, WIDTH, HEIGHT))
+        scene.render_tile(0, 0, WIDTH, HEIGHT, wanted, channels, state=states[-1])
+        alone.append(channels)
+        resumed = {name: np.zeros_like(values) for name, values in channels.items()}
+        scene.render_tile(0, 0, WIDTH, HEIGHT, replace(wanted, resume=first > 0), resumed, state=whole)
+    counts = [channels["sample_count"] for channels in alone]
+    assert (counts[0] / 3 != counts[1] / 2).mean() > 0.02
+    np.testing.assert_array_equal(resumed["sample_count"], sum(counts))
+    for name in ("combined", "normal"):
+        expected = sum(channels[name] * n for channels, (_, _, n) in zip(alone, moments, strict=True)) / 9
+        np.testing.assert_allclose(resumed[name], expected, rtol=1e-5, atol=1e-6)
+    for order in ((0, 1, 2), (2, 0, 1)):
+        merged = states[order[0]].copy()
+        for other in order[1:]:
+            merge_states(names, wanted, merged, states[other])
+        for name, values in develop_state(names, wanted, merged).items():
+            np.testing.assert_array_equal(values, resumed[name], err_msg=name)
 
 
 def test_noise_threshold_looks_at_whole_samples(hole):

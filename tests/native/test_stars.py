@@ -3,7 +3,7 @@ say; nothing flickers as the camera moves, and surfaces hide them."""
 
 import numpy as np
 import pytest
-from bentlight_native import Cancelled, Progress, Spacetime, StarImages, trace_rays
+from bentlight_native import Cancelled, Progress, Spacetime, trace_rays
 from golden import numbers, rows
 from rays import unit
 from scenes import IDENTITY, add, emission, look_at, new_scene, perspective, render, transparent
@@ -51,8 +51,7 @@ def test_flat_light_is_conserved_wherever_a_star_lies_in_its_pixel(kind, width):
     rays = scene.camera_rays(images.place)
     assert np.abs(rays.directions - stars).max() < 1e-12
     for i in range(100):
-        one = StarImages(*(value[i : i + 1] for value in vars(images).values()))
-        pixels = one.draw(light[i : i + 1], size, (0, 0, *size), kind, width)
+        pixels = images.part([i]).draw(light[i : i + 1], size, (0, 0, *size), kind, width)
         assert np.allclose(flux(pixels, images.solid_angle[i], size), irradiance[i], rtol=1e-6)
         y, x = np.unravel_index(pixels[..., 0].argmax(), size)
         assert np.abs(images.place[i] * 40 - (x + 0.5, y + 0.5)).max() <= 0.5 + 1e-9, "elsewhere"
@@ -114,7 +113,7 @@ def objects_scene():
 
 def bright(images):
     """Those that are not so narrow that the steps of a bundle are too wide."""
-    return StarImages(*(value[images.throughput[:, 0] > 1e-2] for value in vars(images).values()))
+    return images.part(images.throughput[:, 0] > 1e-2)
 
 
 @pytest.mark.parametrize(
@@ -367,3 +366,10 @@ def test_a_fisheye_of_more_than_a_turn_shows_stars_again(fov):
     expected = [0.5 + angle / fov] + ([0.5 - (2 * np.pi - angle) / fov] if fov > 6 else [])
     expected = [x for x in expected if abs(x - 0.5) <= 0.5]
     np.testing.assert_allclose(images.place[:, 0], expected, atol=1e-9)
+
+
+def test_the_middle_of_a_fisheye_shows_a_star_once():
+    scene = new_scene()
+    scene.set_camera("FISHEYE_EQUIDISTANT", IDENTITY, (0, 1, 0, 1), fisheye_fov=3.0)
+    images = committed(scene).find_stars([(0, 0, -1)], (64, 64))
+    assert len(images) == 1 and (images.place == 0.5).all()

@@ -13,6 +13,7 @@ from typing import Any
 
 from bentlight_native import ProgramBuilder
 
+from ...report import told
 from ..attributes import AttributeKey, AttributeTable
 from ..images import ImageTable
 
@@ -84,9 +85,9 @@ class Compiler:
             return 0.2126390059, 0.7151686788, 0.0721923154
         return 0.2126729, 0.7151522, 0.0721750
 
-    def warn(self, node: Any, text: str) -> None:
+    def warn(self, node: Any, text: str, *values: object) -> None:
         """Adds a warning that names the owner and the node, once."""
-        message = f"{self.owner}, node '{node.name}': {text}"
+        message = told("{}, node '{}': {}", self.owner, node.name, told(text, *values))
         if message not in self.warnings:
             self.warnings.append(message)
 
@@ -139,14 +140,14 @@ class Compiler:
         if key not in self._values:
             function = VALUE_NODES.get(node.bl_idname)
             if function is None or key in self._entered:
-                self.warn(node, f"'{name}' is not supported yet; a constant is used instead")
+                self.warn(node, "'{}' is not supported yet; a constant is used instead", name)
                 return self.builder.constant(fallback)
             self._entered.append(key)
             self._values[key] = function(NodeView(self, source.scope, node))
             self._entered.pop()
         operand = self._values[key].get(source.socket.identifier)
         if operand is None:
-            self.warn(node, f"'{source.socket.name}' of '{name}' is not supported yet; a constant is used instead")
+            self.warn(node, "'{}' of '{}' is not supported yet; a constant is used instead", source.socket.name, name)
             return self.builder.constant(fallback)
         return self._convert(operand, source.socket.type, wanted)
 
@@ -215,13 +216,13 @@ class NodeView:
 
     def unsupported(self, weight: int) -> None:
         """A diffuse surface of the node's color stands for a shader that is not known."""
-        self.warn(f"'{self.node.bl_label}' is not supported yet; a diffuse surface is used instead")
+        self.warn("'{}' is not supported yet; a diffuse surface is used instead", self.node.bl_label)
         color = self.input("Color") if "Color" in self.node.inputs else self.constant(0.8)
         self.emit("diffuse", weight, color, self.constant(0.0), self.coordinate("SHADING_NORMAL"))
 
-    def warn(self, text: str) -> None:
+    def warn(self, text: str, *values: object) -> None:
         """A warning that names owner and node."""
-        self.compiler.warn(self.node, text)
+        self.compiler.warn(self.node, text, *values)
 
 
 @dataclass(frozen=True)

@@ -105,7 +105,7 @@ _SINGLE_SCATTERING = ("SINGLE_SCATTERING", "NISHITA")
 def _sky_texture(node: NodeView) -> Outputs:
     settings = node.node
     if settings.sky_type not in _SINGLE_SCATTERING:
-        node.warn(f"the sky {settings.sky_type} is not supported yet; single scattering in clear air is used instead")
+        node.warn("the sky {} is not supported yet; single scattering in clear air is used instead", settings.sky_type)
     if settings.sky_type in ("PREETHAM", "HOSEK_WILKIE"):
         direction = np.array(settings.sun_direction) / np.linalg.norm(settings.sun_direction)
         air, elevation, azimuth = (0.0, 1.0, 1.0, 1.0), np.arcsin(direction[2]), np.arctan2(direction[1], direction[0])
@@ -138,7 +138,7 @@ def _ies(node: NodeView) -> Outputs:
     try:
         table = node.compiler.builder.table(ies_table(node.node))
     except ValueError as error:
-        node.warn(f"{error}; it shines evenly, as in Cycles")
+        node.warn("{}; it shines evenly, as in Cycles", error)
         return {"Fac": node.emit("multiply", strength, node.constant(100.0))}
 
     def incoming() -> int:

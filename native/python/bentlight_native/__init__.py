@@ -29,7 +29,7 @@ from .program import OPERATIONS, Program, ProgramBuilder
 from .render import CHANNELS, Aperture, RenderSettings, RenderStatistics
 from .scene import Scene
 from .sphere import LensSphere
-from .stars import StarImages
+from .stars import StarImages, star_mean, star_sum
 from .state import develop_state, empty_state, merge_states, state_width
 from .table import MAP_VERSION, DeflectionTable, SampledTable
 from .trace import FATES, ray_path, trace_rays
@@ -81,6 +81,8 @@ __all__ = [
     "pass_values",
     "ray_path",
     "run_command",
+    "star_mean",
+    "star_sum",
     "state_width",
     "trace_rays",
     "with_light",

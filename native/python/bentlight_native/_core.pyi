@@ -172,6 +172,7 @@ def state_develop(
 def draw_stars(
     places: NDArray[np.float64],
     light: NDArray[np.float64],
+    blur: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.uint8]] | None,
     width: int,
     height: int,
     filter: str,

@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 from .exr import ExrError, read_exr, write_exr
 from .finish import pass_values, with_light, with_stars
 from .render import RenderSettings
+from .stars import star_mean
 from .state import develop_state, merge_states, state_width
 
 _DESCRIPTION = "bentlightPart"
-_FORMAT = 2
+_FORMAT = 3
 _PLAIN = ("layer", "view", "frame", "is_cropped", "scene", "star_group", "metadata")  # fields of a picture, as they are
 _OUTSIDE = {"depth": 1e11}  # what Blender has outside of a border, where it is not 0
 
@@ -89,14 +90,14 @@ class Part:
     """Some samples of a picture. Arrays have rows upwards and are as large as its window.
 
     state: (height, width, n) float64. light: int64 (height, width, 3) as of render_tile, if light was traced from lamps
-    too. stars: float32 (height, width, 3), if there are any; where no piece is, 0.
+    too. stars: float64 (height, width, 6), the sums of star_sum, if there are any.
     """
 
     picture: Picture
     pieces: list[Piece]
     state: NDArray[np.float64]
     light: NDArray[np.int64] | None = None
-    stars: NDArray[np.float32] | None = None
+    stars: NDArray[np.float64] | None = None
 
     def missing(self) -> int:
         """How many pixel samples the whole picture has that this part has not."""
@@ -114,7 +115,17 @@ class Part:
         return channels if self.stars is None else self._starry(channels)
 
     def _starry(self, channels: dict[str, NDArray[np.float32]]) -> dict[str, NDArray[np.float32]]:
-        return with_stars(channels, self.stars, self.picture.settings.film_transparent, self.picture.star_group)
+        shown = star_mean(self.stars, self._samples())
+        return with_stars(channels, shown, self.picture.settings.film_transparent, self.picture.star_group)
+
+    def _samples(self) -> NDArray[np.int64]:
+        """How many samples of each pixel of the window there are."""
+        left, bottom, width, height = self.picture.window
+        samples = np.zeros((height, width), np.int64)
+        for piece in self.pieces:
+            x, y = piece.x - left, piece.y - bottom
+            samples[y : y + piece.height, x : x + piece.width] += piece.count
+        return samples
 
 
 def merge(parts: Sequence[Part]) -> Part:
@@ -134,19 +145,9 @@ def merge(parts: Sequence[Part]) -> Part:
         if whole.light is not None:
             whole.light += part.light
         if whole.stars is not None:
-            np.copyto(whole.stars, part.stars, where=_covered(part)[..., None])
+            whole.stars += part.stars
         whole.pieces += part.pieces
     return whole
-
-
-def _covered(part: Part) -> NDArray[np.bool_]:
-    """The window's pixels of which a part has samples."""
-    left, bottom, width, height = part.picture.window
-    covered = np.zeros((height, width), bool)
-    for piece in part.pieces:
-        x, y = piece.x - left, piece.y - bottom
-        covered[y : y + piece.height, x : x + piece.width] = True
-    return covered
 
 
 def _check_same(a: Picture, b: Picture) -> None:
@@ -243,7 +244,7 @@ def _part(description: dict[str, Any], channels: dict[str, NDArray]) -> Part:
         [Piece(*piece) for piece in description["pieces"]],
         in_window(_numbers(channels, "state", state_width(names, settings), "<f8")),
         in_window(_numbers(channels, "light", 3, "<i8")) if description["has_light"] else None,
-        in_window(_numbers(channels, "stars", 3, "<f4")) if description["has_stars"] else None,
+        in_window(_numbers(channels, "stars", 6, "<f8")) if description["has_stars"] else None,
     )
 
 

@@ -29,10 +29,17 @@ void aperture_draw(const bent_aperture *aperture, const double u[2], double out[
   out[0] *= aperture->radius / aperture->ratio, out[1] *= aperture->radius;
 }
 
-/* The opening's axes for a ray of a panorama. */
-static void axes_across(bent_camera_kind kind, vec3 direction, vec3 *x, vec3 *y)
+double aperture_reach(const bent_camera *camera, vec3 direction)
 {
-  const int is_ball = kind == BENT_CAMERA_MIRRORBALL;
+  const double focus = camera->aperture.focal_distance;
+  return camera->kind == BENT_CAMERA_PERSPECTIVE ? focus / -direction.z : focus;
+}
+
+void aperture_axes(const bent_camera *camera, vec3 direction, vec3 *x, vec3 *y)
+{
+  *x = v3(1, 0, 0), *y = v3(0, 1, 0);
+  if (camera->kind <= BENT_CAMERA_ORTHOGRAPHIC) return;
+  const int is_ball = camera->kind == BENT_CAMERA_MIRRORBALL;
   const vec3 toward = is_ball ? v3(1, 0, 0) : v3(0, 0, -1);
   *x = v3_mad(direction, -v3_dot(toward, direction), toward);
   if (v3_length(*x) < 1e-9) { /* along the axis itself any will do */
@@ -46,10 +53,9 @@ static void axes_across(bent_camera_kind kind, vec3 direction, vec3 *x, vec3 *y)
 void aperture_refract(const bent_camera *camera, const double lens[2], vec3 *origin, vec3 *direction)
 {
   if (lens[0] == 0 && lens[1] == 0) return;
-  vec3 x = v3(1, 0, 0), y = v3(0, 1, 0);
-  double length = camera->aperture.focal_distance; /* to what is sharp */
-  if (camera->kind == BENT_CAMERA_PERSPECTIVE) length /= -direction->z;
-  else if (camera->kind != BENT_CAMERA_ORTHOGRAPHIC) axes_across(camera->kind, *direction, &x, &y);
+  vec3 x, y;
+  aperture_axes(camera, *direction, &x, &y);
+  const double length = aperture_reach(camera, *direction);
   const vec3 offset = v3_mad(x, lens[0], v3_scale(y, lens[1]));
   *origin = v3_add(*origin, offset);
   *direction = v3_normalize(v3_sub(v3_scale(*direction, length), offset));

@@ -25,6 +25,8 @@ static void add(found *f, double u, double v)
       !(y >= -f->beside[1] && y <= 1 + f->beside[1]) || !camera_cast(f->camera, x, y, &ray) ||
       v3_length(v3_sub(ray.direction, f->direction)) > MISS)
     return;
+  for (int i = 0; i < f->count; i++) /* in the middle of a fisheye all turns meet */
+    if (f->places[i][0] == x && f->places[i][1] == y) return;
   f->places[f->count][0] = x;
   f->places[f->count++][1] = y;
 }

@@ -138,6 +138,15 @@ void describe_way(const tracer *t, const path *path, double length, sample_recor
   record->value[CHANNEL_DENOISING_DEPTH][0] += (float)(length * v3_average(path->feature_beta));
 }
 
+/* What the lobes that end a feature's way scatter. As in Cycles the others, which let see on, have no part in it. */
+static vec3 rough_albedo(const closure_set *set)
+{
+  vec3 sum = v3(0, 0, 0);
+  for (int i = 0; i < set->count; i++)
+    if (is_rough(&set->closures[i])) sum = v3_add(sum, set->closures[i].albedo);
+  return v3_saturate(sum);
+}
+
 void describe_features(const tracer *t, path *path, sample_record *record, const shade_point *point, const closure_set *set)
 {
   if (path->featured) return;
@@ -149,7 +158,7 @@ void describe_features(const tracer *t, path *path, sample_record *record, const
   }
   if (all > 0 && 4 * rough <= all) return;
   path->featured = 1;
-  record_add(record, CHANNEL_DENOISING_ALBEDO, v3_mul(path->feature_beta, bsdf_albedo(set)));
+  record_add(record, CHANNEL_DENOISING_ALBEDO, v3_mul(path->feature_beta, rough_albedo(set)));
   vec3 normal = camera_from_world_direction(t->scene->camera, mean_normal(point, set, is_rough));
   normal.z = -normal.z; /* Cycles' camera space looks along +z */
   record_vec3(record, CHANNEL_DENOISING_NORMAL, normal);

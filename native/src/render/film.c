@@ -149,10 +149,11 @@ static void end_group(double *sums, uint32_t groups)
   }
 }
 
-void film_add(film *film, uint32_t pixel, const sample_record *record)
+void film_add(film *film, uint32_t pixel, const sample_record *record, uint32_t part, uint32_t parts)
 {
   double *sums = film->sums + pixel * (size_t)film->layout.width;
-  const uint32_t taken = film->taken[pixel]++;
+  const uint32_t taken = film->taken[pixel];
+  const double share = 1.0 / parts;
   for (int i = 0; i < film->layout.count; i++) {
     const film_entry *e = &film->layout.entries[i];
     double *at = sums + e->offset;
@@ -160,18 +161,22 @@ void film_add(film *film, uint32_t pixel, const sample_record *record)
     for (uint32_t k = 0; k < e->components; k++) {
       const double value = values[k];
       switch (e->reduction) {
-        case BENT_MEAN: sum_add(&at[2 * k], value); break;
+        case BENT_MEAN: sum_add(&at[2 * k], value * share); break;
         case BENT_MAX: at[k] = fmax(at[k], value); break;
-        case BENT_FIRST: at[k] = taken ? at[k] : value; break;
-        case BENT_COUNT: at[k] = taken + 1; break;
-        case BENT_MATTE: if (k % 2 && value > 0) matte_sum_add(at, e->components / 2, values[k - 1], value); break;
+        case BENT_FIRST: at[k] = taken || part ? at[k] : value; break;
+        case BENT_COUNT: at[k] += 1; break;
+        case BENT_MATTE:
+          if (k % 2 && value > 0) matte_sum_add(at, e->components / 2, values[k - 1], value * share);
+          break;
         case BENT_STATE: break;
       }
     }
   }
+  const int is_whole = part + 1 == parts;
+  film->taken[pixel] += is_whole;
   if (!film->layout.tells_noise) return;
-  for (int k = 0; k < 3; k++) sums[PARTIAL + k] += record->value[CHANNEL_COMBINED][k];
-  if ((taken + 1) % FILM_GROUP == 0) end_group(sums, (taken + 1) / FILM_GROUP);
+  for (int k = 0; k < 3; k++) sums[PARTIAL + k] += record->value[CHANNEL_COMBINED][k] * share;
+  if (is_whole && (taken + 1) % FILM_GROUP == 0) end_group(sums, (taken + 1) / FILM_GROUP);
 }
 
 /* Cycles compares the mean of all samples with that of every second one, whose mean distance, summed over colors, is
@@ -191,9 +196,9 @@ double film_noise(const film *film, uint32_t pixel)
 
 /* ---- Channels ---- */
 
-void film_read(film *film, float *const channels[CHANNEL_COUNT], size_t first, uint32_t pixels)
+void film_read(film *film, float *const channels[CHANNEL_COUNT], size_t first, uint32_t pixels, const uint8_t *parts)
 {
-  for (uint32_t i = 0; i < pixels; i++) film->taken[i] = count_of(channels[CHANNEL_SAMPLE_COUNT][first + i]);
+  for (uint32_t i = 0; i < pixels; i++) film->taken[i] = count_of(channels[CHANNEL_SAMPLE_COUNT][first + i]) / parts[i];
   for (int n = 0; n < film->layout.count; n++) {
     const film_entry *e = &film->layout.entries[n];
     for (uint32_t i = 0; channels[e->channel] && i < pixels; i++) {
@@ -202,7 +207,7 @@ void film_read(film *film, float *const channels[CHANNEL_COUNT], size_t first, u
       for (uint32_t k = 0; k < e->components; k++) {
         switch (e->reduction) {
           case BENT_MEAN: sum_add(&at[2 * k], (double)in[k] * film->taken[i]); break;
-          case BENT_COUNT: at[k] = film->taken[i]; break;
+          case BENT_COUNT: at[k] = (double)film->taken[i] * parts[i]; break;
           case BENT_MATTE:
             if (k % 2) matte_sum_add(at, e->components / 2, in[k - 1], (double)in[k] * film->taken[i]);
             break;

@@ -27,7 +27,7 @@ typedef struct film_layout {
 typedef struct film {
   film_layout layout;
   const channel_layout *records; /* of the samples */
-  uint32_t taken[FILM_PIXELS];
+  uint32_t taken[FILM_PIXELS]; /* whole samples */
   double *sums; /* layout.width for each pixel: `own`, or the caller's */
   double *own;
 } film;
@@ -43,14 +43,15 @@ void film_begin(film *film, double *state, uint32_t pixels, uint32_t first_sampl
 void film_resume(film *film, double *state, uint32_t pixels);
 /* The first of the samples that the sums in `state` are of. */
 uint32_t film_first_sample(const double *state);
-/* Adds one sample of a pixel. The caller adds a pixel's samples in ascending order. */
-void film_add(film *film, uint32_t pixel, const sample_record *record);
+/* Adds part number `part` of the `parts` that one sample of a pixel is taken in: together they count as any other sample,
+ * though a pixel's next one may have another number of parts. The caller adds a pixel's samples in ascending order. */
+void film_add(film *film, uint32_t pixel, const sample_record *record, uint32_t part, uint32_t parts);
 /* The noise of a pixel's color, as Cycles measures it: standard errors over the square root of the color, so that dark
  * and bright parts look equally noisy. INFINITY before two groups of samples. */
 double film_noise(const film *film, uint32_t pixel);
 /* The opposite of film_write, to float rounding: takes up what earlier samples left in the channels' arrays, where
- * sample_count must be among them. */
-void film_read(film *film, float *const channels[CHANNEL_COUNT], size_t first, uint32_t pixels);
+ * sample_count, which counts parts, must be among them. parts: of each sample of each pixel. */
+void film_read(film *film, float *const channels[CHANNEL_COUNT], size_t first, uint32_t pixels, const uint8_t *parts);
 /* Writes the first `pixels` pixels into the channels' arrays (NULL: not wanted), from their pixel number `first` on, and
  * their numbers of samples among the sums. */
 void film_write(film *film, float *const channels[CHANNEL_COUNT], size_t first, uint32_t pixels);

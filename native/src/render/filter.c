@@ -44,3 +44,11 @@ double filter_density(const pixel_filter *filter, double offset)
   const double *c = &filter->cumulative[(int)at];
   return (c[1] - c[0]) * FILTER_CELLS / (2 * filter->half_width);
 }
+
+double filter_cumulative(const pixel_filter *filter, double offset)
+{
+  const double at = fabs(offset) / filter->half_width * FILTER_CELLS;
+  if (!(at < FILTER_CELLS)) return offset > 0;
+  const double *c = &filter->cumulative[(int)at], part = c[0] + (c[1] - c[0]) * (at - (int)at);
+  return offset > 0 ? (1 + part) / 2 : (1 - part) / 2;
+}

@@ -19,4 +19,6 @@ void filter_init(pixel_filter *filter, bent_filter_kind kind, double width);
 double filter_offset(const pixel_filter *filter, double u);
 /* The density of such offsets, per pixel. */
 double filter_density(const pixel_filter *filter, double offset);
+/* The part of them that lies below. */
+double filter_cumulative(const pixel_filter *filter, double offset);
 #endif

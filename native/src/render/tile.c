@@ -154,9 +154,11 @@ static bent_status take_samples(const tracer *t, film *film, path_block *block, 
 {
   for (cursor at = {begin, 0, 0}; at.sample < end;) {
     pixel_sample wanted[BLOCK_SAMPLES];
-    uint32_t pixels[BLOCK_SAMPLES], count = 0, whole = 0;
-    while (at.sample < end && count < BLOCK_SAMPLES) {
+    uint32_t pixels[BLOCK_SAMPLES], parts[BLOCK_SAMPLES], count = 0, whole = 0;
+    /* All parts of a sample are in one block: a cancel leaves whole samples. */
+    while (at.sample < end && (at.part || count + strip->multiple[strip->pixels[at.index]] <= BLOCK_SAMPLES)) {
       pixels[count] = strip->pixels[at.index];
+      parts[count] = at.part;
       wanted[count++] = take_next(strip, &at);
       whole += at.part == 0;
     }
@@ -165,7 +167,7 @@ static bent_status take_samples(const tracer *t, film *film, path_block *block, 
     for (uint32_t i = 0; i < count; i++) {
       float *deflection = block->records[i].value[CHANNEL_DEFLECTION];
       if (strip->deflection) memcpy(deflection, strip->deflection[pixels[i]], sizeof *strip->deflection);
-      film_add(film, pixels[i], &block->records[i]);
+      film_add(film, pixels[i], &block->records[i], parts[i], strip->multiple[pixels[i]]);
     }
     statistics->samples += count;
     if (progress) atomic_fetch_add_explicit(&progress->done, (uint64_t)whole, memory_order_relaxed);
@@ -186,7 +188,7 @@ static void drop_clean(strip *strip, const film *film, double threshold)
 static void list_pixels(strip *strip, const film *film, uint32_t pixels, uint32_t samples)
 {
   for (uint32_t i = 0; i < pixels; i++)
-    if (film->taken[i] == samples * strip->multiple[i]) strip->pixels[strip->count++] = i;
+    if (film->taken[i] == samples) strip->pixels[strip->count++] = i;
 }
 
 /* Samples that a pixel which has `taken` takes until the next look at its noise. */
@@ -256,7 +258,7 @@ static bent_status render_strips(const tracer *t, path_block *block, film *film,
     double *kept = state ? state + first * film->layout.width : NULL;
     if (t->settings->resume && kept) film_resume(film, kept, count);
     else film_begin(film, kept, count, t->settings->first_sample);
-    if (t->settings->resume && !kept) film_read(film, channels, first, count);
+    if (t->settings->resume && !kept) film_read(film, channels, first, count, measured->multiple + first);
     strip strip = {.tile = tile, .multiple = measured->multiple + first, .first = first};
     if (measured->deflection) strip.deflection = (const float(*)[3])measured->deflection + first;
     const uint32_t since = t->settings->resume && kept ? film_first_sample(kept) : 0;
