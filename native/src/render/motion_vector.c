@@ -13,7 +13,9 @@ enum { BLOCK = 64 };
 static const float SKY_WEIGHT = 0x1p-16f;
 /* By how much, in swept angle, the image of a place may differ from the ray that found it, which only sees it through
  * another part of the camera's lens; and by how much from one moment to another. Else it is another image: radians. */
-static const double SWEPT_SAME = 0.25 * M_PI, SWEPT_NEAR = 0.5 * M_PI;
+static const double SWEPT_SAME = 0.1, SWEPT_NEAR = 0.5 * M_PI;
+/* By how much launch directions of the ray and the image may differ, in errors that the ray is traced to. */
+static const double LAUNCH_SAME = 10;
 
 int motion_is_asked(const tracer *t, uint32_t sample)
 {
@@ -52,15 +54,20 @@ typedef struct image {
   int known;
 } image;
 
+/* How far images may be from those that they are looked for by. */
+typedef struct reach_of_search {
+  double launch, swept; /* radians */
+} reach_of_search;
+
 /* The joint whose image is nearest to `near`; NULL if there is none. */
-static const joint *nearest(const joints *joints, const image *near, double swept_apart)
+static const joint *nearest(const joints *joints, const image *near, const reach_of_search *within)
 {
   const joint *found = NULL;
-  double distance = INFINITY;
+  double distance = within->launch;
   for (int i = 0; i < joints->count; i++) {
     const joint *j = &joints->list[i];
     const double off = v3_length(v3_sub(j->launch, near->launch));
-    if (fabs(j->swept - near->swept) < swept_apart && off < distance) found = j, distance = off;
+    if (fabs(j->swept - near->swept) < within->swept && off < distance) found = j, distance = off;
   }
   return found;
 }
@@ -82,7 +89,7 @@ static void find_parallel(const bent_scene *view, int count, int kind, image *im
 }
 
 /* Turns images, which are those of another moment, into those of the moment that `view` shows. */
-static void find_images(const bent_scene *view, int count, int kind, double swept_apart, image *images)
+static void find_images(const bent_scene *view, int count, int kind, const reach_of_search *within, image *images)
 {
   const camera *camera = view->camera;
   if (camera->settings.kind == BENT_CAMERA_ORTHOGRAPHIC) {
@@ -98,7 +105,7 @@ static void find_images(const bent_scene *view, int count, int kind, double swep
   else join_sky(view->geometry, (size_t)count, from, to, all, kind == SEEN_FAR_SKY, joined);
   for (int i = 0; i < count; i++) {
     image *m = &images[i];
-    const joint *j = nearest(&joined[i], m, swept_apart);
+    const joint *j = nearest(&joined[i], m, within);
     const double near[2] = {m->at[0], m->at[1]};
     m->known = j && camera_place_near(camera, j->launch, near, m->at);
     if (m->known) m->launch = j->launch, m->swept = j->swept;
@@ -113,10 +120,14 @@ static void write_block(const tracer *t, int count, int kind, const motion_seen 
   for (int i = 0; i < count; i++)
     now[i] = (image){.place = seen[i]->place, .launch = seen[i]->launch, .at = {seen[i]->image[0], seen[i]->image[1]},
                      .swept = seen[i]->swept};
-  find_images(t->scene, count, kind, SWEPT_SAME, now);
+  const bent_aperture *aperture = &t->scene->camera->settings.aperture;
+  const double beside = aperture->radius > 0 ? 2 * aperture->radius / aperture->focal_distance : 0;
+  const reach_of_search same = {LAUNCH_SAME * t->angle + beside, SWEPT_SAME};
+  const reach_of_search near = {INFINITY, SWEPT_NEAR};
+  find_images(t->scene, count, kind, &same, now);
   for (int k = 0; k < MOMENTS; k++) {
     for (int i = 0; i < count; i++) then[i] = now[i], then[i].place = seen[i]->other[k];
-    find_images(t->scene->motion->moments[k].view, count, kind, SWEPT_NEAR, then);
+    find_images(t->scene->motion->moments[k].view, count, kind, &near, then);
     for (int i = 0; i < count; i++) {
       if (!now[i].known || !then[i].known) continue;
       const float weight = records[i]->value[CHANNEL_VECTOR_WEIGHT][0];
