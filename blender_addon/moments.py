@@ -26,8 +26,8 @@ class Moments:
 
     number: of the frame. frame: the scene in the frame's own time, None before it was read. camera: the frame's,
     through which all moments are seen, whatever Blender's markers say. slices: the samples by moment, in the order in
-    which they are taken; none if nothing may move. times: of all moments of the whole picture, in frames. neighbors: the
-    scene a frame before and a frame after, if they have been read.
+    which they are taken; none if nothing may move. times: of all moments of the whole picture, in frames. neighbors:
+    the scene a frame before and a frame after, if they have been read.
     """
 
     def __init__(

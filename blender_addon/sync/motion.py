@@ -1,4 +1,4 @@
-"""Where things are a frame before and a frame after what a native scene shows: what motion vectors are told from. No bpy here."""
+"""Where things are a frame before and a frame after: what motion vectors are told from. No bpy here."""
 
 from __future__ import annotations
 

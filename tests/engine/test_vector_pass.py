@@ -186,7 +186,7 @@ def test_a_hole_that_moves_drags_the_images_of_the_sky(scene, tmp_path):
     vectors, fate = passes["Vector"].reshape(-1, 4), passes["Bentlight Fate"].ravel()
     places = pixel_centers(scene).reshape(-1, 2)
     known = vectors.any(axis=-1)
-    assert known[fate == 1].mean() > 0.98 and not known[fate == 2].any() and 0.1 < (fate == 2).mean()
+    assert known[fate == 1].mean() > 0.98 and not known[fate == 2].any() and (fate == 2).mean() > 0.1
     ends = []
     moments = (((0, 0, 0), 0 * vectors[:, 2:]), ((0.3, 0.1, 0), -vectors[:, 2:]), ((-0.2, 0, 0.1), vectors[:, :2]))
     for place, shift in moments:
