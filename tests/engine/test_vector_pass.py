@@ -112,7 +112,7 @@ def both(scene, tmp_path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 @pytest.mark.parametrize(
     "motion",
     [moving_object, moving_camera, changing_shape, instances, parallel_rays, panorama],
-    ids=lambda f: f.__name__,
+    ids=lambda motion: motion.__name__,
 )
 def test_surfaces_move_as_in_cycles(motion, scene, tmp_path):
     motion()
@@ -175,7 +175,7 @@ def pixel_centers(scene) -> np.ndarray:
 
 
 def test_a_hole_that_moves_drags_the_images_of_the_sky(scene, tmp_path):
-    """A ray through the place that a vector leads to, around the hole of the next frame, leaves in the same direction."""
+    """A ray through the place that a vector leads to, around the next frame's hole, leaves in the same direction."""
     bpy.data.objects.remove(ball())
     bpy.ops.bentlight.black_hole_add(mass=0.2)
     hole = bpy.context.object

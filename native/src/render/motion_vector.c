@@ -3,11 +3,12 @@
 
 #include "geometry/geometry.h"
 #include "light/join.h"
+#include "light/join_follow.h"
 #include "scene/motion.h"
 #include "scene/scene.h"
 
-/* The first of a pixel's samples: more would hardly make it better. */
-enum { SAMPLES = 16 };
+/* The first of a pixel's samples: more would hardly make it better. About a hole that spins images are found slowly. */
+enum { SAMPLES = 4, SAMPLES_SLOW = 1 };
 enum { BLOCK = 64 };
 /* Where both are seen in a pixel, surfaces hide how the sky moves: in Cycles it never does. */
 static const float SKY_WEIGHT = 0x1p-16f;
@@ -19,7 +20,7 @@ static const double LAUNCH_SAME = 10;
 
 int motion_is_asked(const tracer *t, uint32_t sample)
 {
-  return t->scene->motion && sample < SAMPLES;
+  return t->scene->motion && sample < (uint32_t)(t->joins_slowly ? SAMPLES_SLOW : SAMPLES);
 }
 
 void motion_begin(motion_seen *seen, path *p)
@@ -47,7 +48,7 @@ void motion_see_sky(motion_seen *seen, vec3 direction, int far, double swept)
   seen->place = seen->other[0] = seen->other[1] = direction;
 }
 
-/* The image of one place in one moment; at first that to which the one wanted is near. */
+/* The image of one place in one moment; at first that in another moment. */
 typedef struct image {
   vec3 place, launch;
   double at[2], swept;
@@ -83,12 +84,31 @@ static int bends(const geometry *g)
 static void find_parallel(const bent_scene *view, int count, int kind, image *images)
 {
   for (int i = 0; i < count; i++) {
-    images[i].known = kind == SEEN_SURFACE && !bends(view->geometry);
+    images[i].known &= kind == SEEN_SURFACE && !bends(view->geometry);
     if (images[i].known) camera_place_of_point(view->camera, images[i].place, images[i].at);
   }
 }
 
-/* Turns images, which are those of another moment, into those of the moment that `view` shows. */
+/* Takes a joint as the image; NULL: there is none. */
+static void settle(const camera *camera, const joint *j, image *m)
+{
+  const double near[2] = {m->at[0], m->at[1]};
+  m->known = j && camera_place_near(camera, j->launch, near, m->at);
+  if (m->known) m->launch = j->launch, m->swept = j->swept;
+}
+
+/* From the image in another moment to that in this one, by the ray alone, about a spinning hole: much quicker than to look for
+ * all images, and finds those that are hardly found. Returns 0 if it did not come there. */
+static int follow(const bent_scene *view, vec3 eye, image *m)
+{
+  const geometry *g = view->geometry;
+  joint j = {.launch = m->launch, .swept = m->swept, .first_lens = (int)(geometry_lens_at(g, eye) - g->lenses)};
+  if (!join_follow(g, eye, m->place, &j)) return 0;
+  settle(view->camera, &j, m);
+  return 1;
+}
+
+/* Turns images that are known in another moment into those of the moment that `view` shows. */
 static void find_images(const bent_scene *view, int count, int kind, const reach_of_search *within, image *images)
 {
   const camera *camera = view->camera;
@@ -99,16 +119,17 @@ static void find_images(const bent_scene *view, int count, int kind, const reach
   vec3 from[BLOCK], to[BLOCK];
   double all[BLOCK] = {0}; /* joints are listed */
   joints joined[BLOCK];
+  int which[BLOCK], n = 0;
+  const vec3 eye = mat4_point(&camera->world_from_camera, v3(0, 0, 0));
+  const int follows = kind == SEEN_SKY && join_is_slow(view->geometry);
   for (int i = 0; i < count; i++)
-    from[i] = mat4_point(&camera->world_from_camera, v3(0, 0, 0)), to[i] = images[i].place;
-  if (kind == SEEN_SURFACE) join_points(view->geometry, (size_t)count, from, to, all, joined);
-  else join_sky(view->geometry, (size_t)count, from, to, all, kind == SEEN_FAR_SKY, joined);
-  for (int i = 0; i < count; i++) {
-    image *m = &images[i];
-    const joint *j = nearest(&joined[i], m, within);
-    const double near[2] = {m->at[0], m->at[1]};
-    m->known = j && camera_place_near(camera, j->launch, near, m->at);
-    if (m->known) m->launch = j->launch, m->swept = j->swept;
+    if (images[i].known && !(follows && follow(view, eye, &images[i])))
+      from[n] = eye, to[n] = images[i].place, which[n++] = i;
+  if (kind == SEEN_SURFACE) join_points(view->geometry, (size_t)n, from, to, all, joined);
+  else join_sky(view->geometry, (size_t)n, from, to, all, kind == SEEN_FAR_SKY, joined);
+  for (int k = 0; k < n; k++) {
+    image *m = &images[which[k]];
+    settle(camera, nearest(&joined[k], m, within), m);
   }
 }
 
@@ -119,7 +140,7 @@ static void write_block(const tracer *t, int count, int kind, const motion_seen 
   const double size[2] = {t->settings->width, t->settings->height};
   for (int i = 0; i < count; i++)
     now[i] = (image){.place = seen[i]->place, .launch = seen[i]->launch, .at = {seen[i]->image[0], seen[i]->image[1]},
-                     .swept = seen[i]->swept};
+                     .swept = seen[i]->swept, .known = 1};
   const bent_aperture *aperture = &t->scene->camera->settings.aperture;
   const double beside = aperture->radius > 0 ? 2 * aperture->radius / aperture->focal_distance : 0;
   const reach_of_search same = {LAUNCH_SAME * t->angle + beside, SWEPT_SAME};
@@ -129,7 +150,7 @@ static void write_block(const tracer *t, int count, int kind, const motion_seen 
     for (int i = 0; i < count; i++) then[i] = now[i], then[i].place = seen[i]->other[k];
     find_images(t->scene->motion->moments[k].view, count, kind, &near, then);
     for (int i = 0; i < count; i++) {
-      if (!now[i].known || !then[i].known) continue;
+      if (!then[i].known) continue; /* as where it is not now */
       const float weight = records[i]->value[CHANNEL_VECTOR_WEIGHT][0];
       for (int axis = 0; axis < 2; axis++) {
         const double before_after = (then[i].at[axis] - now[i].at[axis]) * size[axis];
