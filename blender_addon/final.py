@@ -21,7 +21,7 @@ from .properties import check_range
 from .recording import Recording
 from .report import RenderError, Reporter, told
 from .session import FinishedTile, Session, StarLight, Tile, spiral_tiles
-from .sync import labels
+from .sync import labels, motion
 from .sync.camera import image_size, read_camera
 from .sync.change import update_scene
 from .sync.cryptomatte import metadata
@@ -187,7 +187,7 @@ class _ViewRender:
     def _render(self) -> None:
         settings = render_settings(self._scene, self._view_layer, self._engine.is_preview)
         data = self._moments.begin(self._reporter, settings, self._job.part_of(settings, self._reporter))
-        if data is None or not self._build(data):
+        if data is None or not self._build(data) or not self._set_motion():
             self._write_nothing()
             return
         settings = self._possible(settings)
@@ -276,6 +276,17 @@ class _ViewRender:
             labels.set_labels(self._native, data, passes.light_groups(self._view_layer))
         return self._native is not None
 
+    def _set_motion(self) -> bool:
+        """Tells the native scene where things are in the frames around, if a pass asks for that; as in Cycles it has no
+        answer where there is motion blur. False if the user gave up."""
+        self._native.set_motion()  # of another frame, if it was kept
+        if "vector" not in self._channels or self._moments.slices or self._engine.is_preview:
+            return True
+        if not self._moments.read_neighbors():
+            return False
+        motion.set_motion(self._native, self._data, *self._moments.neighbors)
+        return True
+
     def _on_a_thread(self, work: Callable[[bentlight_native.Progress], T]) -> T | None:
         """What `work` returns, done on a thread of its own: who gives up need not wait for it. None if they did."""
         progress = bentlight_native.Progress()
@@ -356,7 +367,7 @@ class _ViewRender:
             passes=tuple(
                 bentlight_native.PassPlan(p.name, p.components, p.channel, p.first, p.color) for p in self._passes
             ),
-            scene=fingerprint([self._moments.frame, self._moments.times]),
+            scene=fingerprint([self._moments.frame, self._moments.times, self._moments.neighbors]),
             star_group=stars.group if stars else -1,
             metadata=self._matte_metadata(),
         )

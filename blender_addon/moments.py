@@ -26,7 +26,8 @@ class Moments:
 
     number: of the frame. frame: the scene in the frame's own time, None before it was read. camera: the frame's,
     through which all moments are seen, whatever Blender's markers say. slices: the samples by moment, in the order in
-    which they are taken; none if nothing may move. times: of all moments of the whole picture, in frames.
+    which they are taken; none if nothing may move. times: of all moments of the whole picture, in frames. neighbors:
+    the scene a frame before and a frame after, if they have been read.
     """
 
     def __init__(
@@ -35,11 +36,13 @@ class Moments:
         """read: the scene as it is now, None if the user gave up. memory: of what has not changed since it was read."""
         self._engine, self._depsgraph, self._read = engine, depsgraph, read
         self._memory = memory
+        self._has_moved = False
         self.number, self._subframe = depsgraph.scene.frame_current, depsgraph.scene.frame_subframe
         self.frame: SceneData | None = None
         self.camera: bpy.types.Object | None = None
         self.slices: list[Slice] = []
         self.times: list[float] = []
+        self.neighbors: list[SceneData] = []
 
     def begin(
         self, reporter: Reporter, whole: bentlight_native.RenderSettings, part: bentlight_native.RenderSettings
@@ -60,16 +63,30 @@ class Moments:
     def move(self, moment: int) -> SceneData | None:
         """The scene of another moment."""
         frame = self._shutter.frame_of_light(self.slices[moment].light)
-        self._engine.frame_set(math.floor(frame), subframe=frame - math.floor(frame))
-        self._memory.forget(self._depsgraph.updates)
-        found = self._read(Reporter(lambda level, text: None), self._memory)
+        found = self._read_at(frame)
         still = still_objects(bpy.data.objects)
         if found is None or not any(still):
             return found
         return standing(found, self.frame, still, self.camera.name)
 
+    def read_neighbors(self) -> bool:
+        """Reads the frames around. False if the user gave up."""
+        here = self.number + self._subframe
+        for frame in (here - 1, here + 1):
+            found = self._read_at(frame)
+            if found is None:
+                return False
+            self.neighbors.append(found)
+        return True
+
+    def _read_at(self, frame: float) -> SceneData | None:
+        self._has_moved = True
+        self._engine.frame_set(math.floor(frame), subframe=frame - math.floor(frame))
+        self._memory.forget(self._depsgraph.updates)
+        return self._read(Reporter(lambda level, text: None), self._memory)
+
     def end(self) -> None:
         """Moves Blender's scene back to its frame."""
-        if self.slices:
+        if self._has_moved:
             self._engine.frame_set(self.number, subframe=self._subframe)
             self._memory.forget(self._depsgraph.updates)

@@ -20,7 +20,8 @@ _IS_5 = bpy.app.version >= (5, 0, 0)  # which gave passes longer names
 class Pass:
     """A render pass. `toggle` is the view layer's property, ours if it starts with "bentlight."; "": listed by name.
 
-    Its values are those of the channel from component `first` on, over those of the channel `color`, if it has one.
+    Its values are those of the channel from component `first` on, over those of the channel `color`, if it has one: the
+    color of light passes, or the weight of vectors.
     """
 
     name: str
@@ -71,6 +72,7 @@ PASSES = (
     Pass("Mist", "Z", "VALUE", "mist", "use_pass_mist", builtin=True),
     Pass("Normal", "XYZ", "VECTOR", "normal", "use_pass_normal", builtin=True),
     Pass("Position", "XYZ", "VECTOR", "position", "use_pass_position", builtin=True),
+    Pass("Vector", "XYZW", "VECTOR", "vector", "use_pass_vector", builtin=True, color="vector_weight"),
     Pass("UV", "UVA", "VECTOR", "uv", "use_pass_uv", builtin=True),
     Pass(_long("Object Index", "IndexOB"), "X", "VALUE", "object_index", "use_pass_object_index", builtin=True),
     Pass(_long("Material Index", "IndexMA"), "X", "VALUE", "material_index", "use_pass_material_index", builtin=True),
@@ -147,7 +149,8 @@ def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> 
 
 def tell_light_apart(wanted: list[Pass]) -> list[Pass]:
     """Those that need to know what scattered light, or whose it is."""
-    return [item for item in wanted if item.color or item.channel in ("light_groups", "ambient_occlusion")]
+    told = ("light_groups", "ambient_occlusion")
+    return [item for item in wanted if item.color.endswith("_color") or item.channel in told]
 
 
 def result_passes(

@@ -23,6 +23,7 @@ class BENTLIGHT_PT_passes(EnginePanel, bpy.types.Panel):
                 (layer, "use_pass_mist", "Mist"),
                 (layer, "use_pass_position", "Position"),
                 (layer, "use_pass_normal", "Normal"),
+                (layer, "use_pass_vector", "Vector"),
                 (layer, "use_pass_uv", "UV"),
                 (layer.bentlight, "use_pass_denoising", "Denoising Data"),
             ),
@@ -34,7 +35,9 @@ class BENTLIGHT_PT_passes(EnginePanel, bpy.types.Panel):
         ):
             column = self.column()
             for owner, name, text in group:
-                column.prop(owner, name, text=text)
+                row = column.row()
+                row.active = name != "use_pass_vector" or not context.scene.render.use_motion_blur
+                row.prop(owner, name, text=text)
         self.layout.prop(layer, "pass_alpha_threshold")
 
 

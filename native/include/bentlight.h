@@ -18,6 +18,7 @@
 #include "bentlight/intersect.h" /* curved rays against the scene */
 #include "bentlight/veil.h"      /* the same through accretion disks */
 #include "bentlight/labels.h"    /* names and groups that passes tell things apart by */
+#include "bentlight/motion.h"    /* where things are in the frames before and after */
 #include "bentlight/render.h"    /* path tracing by tiles */
 #include "bentlight/stars.h"     /* points of the sky, without noise */
 #endif

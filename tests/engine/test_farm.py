@@ -41,7 +41,11 @@ def build(integrator="PATH"):
     scene = bpy.context.scene
     add_camera((0.0, 0.0, 4.0))
     add_square(3.0, (0.0, 0.0, -2.0))
-    add_mesh("Roof", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 1, 2), (0, 3, 1), (1, 3, 2)], (0.5, 0.2, -1))
+    roof = add_mesh(
+        "Roof", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 1, 2), (0, 3, 1), (1, 3, 2)], (0.5, 0.2, -1)
+    )
+    for frame, roof.location.x in ((-10, 0.0), (12, 1.0)):
+        roof.keyframe_insert("location", frame=frame)
     add_square(0.3, (-1.0, 0.8, 0.0), emission((1.0, 0.7, 0.4), 20.0))
     add_light("POINT", (1.0, 1.0, 1.5), energy=60.0, shadow_soft_size=0.2)
     set_world((0.05, 0.08, 0.2))
@@ -51,7 +55,7 @@ def build(integrator="PATH"):
     scene.bentlight.samples, scene.bentlight.use_adaptive_sampling = 6, False
     scene.render.resolution_x, scene.render.resolution_y = 40, 30
     layer = bpy.context.view_layer
-    layer.use_pass_z = layer.use_pass_normal = layer.use_pass_environment = True
+    layer.use_pass_z = layer.use_pass_normal = layer.use_pass_environment = layer.use_pass_vector = True
     layer.bentlight.use_pass_error = layer.bentlight.use_pass_winding = layer.bentlight.use_pass_denoising = True
     layer.use_pass_cryptomatte_object = True
     layer.use_pass_diffuse_direct = layer.use_pass_diffuse_color = integrator == "PATH"

@@ -245,6 +245,41 @@ static void test_render(void)
   bent_scene_free(scene);
 }
 
+/* Motion is copied, replaced and taken away; its views are not. */
+static void test_motion(void)
+{
+  bent_error error = {0};
+  bent_scene *scene = square_scene(1), *view = square_scene(0);
+  const bent_camera camera = {.kind = BENT_CAMERA_PERSPECTIVE, .world_from_camera = {{1, 0, 0, 0}, {0, 1, 0, 0},
+                              {0, 0, 1, 0}, {0, 0, 0, 1}}, .viewplane = {-1, 1, -1, 1}, .clip_end = 1000};
+  const double places[2][4][4] = {{{5, 0, 0, 0}, {0, 5, 0, 0}, {0, 0, 1, -4}, {0, 0, 0, 1}}}; /* one too many */
+  const float(*const vertices[1])[3] = {CORNERS};
+  const bent_moment moment = {view, 2, 1, places, vertices}, bare = {.view = view};
+  const bent_moment moments[] = {moment, bare};
+  CHECK(refused(bent_scene_set_motion(scene, moments, &error), BENT_ERROR_STATE, &error));
+  for (int i = 0; i < 2; i++) {
+    CHECK(bent_scene_set_camera(i ? view : scene, &camera, &error) == BENT_OK);
+    CHECK(bent_scene_commit(i ? view : scene, NULL, &error) == BENT_OK);
+  }
+  float vectors[HEIGHT * WIDTH][4], *channels[BENT_CHANNELS_MAX] = {0};
+  size_t count;
+  const bent_channel *table = bent_render_channels(&count);
+  for (size_t i = 0; i < count; i++)
+    if (!strcmp(table[i].name, "vector")) channels[i] = vectors[0];
+  const bent_render_settings settings = {.width = WIDTH, .height = HEIGHT, .sample_count = 5, .min_samples = 2,
+                                         .photon_ring_samples = 2, .tolerance = 1e-4, .filter_width = 1};
+  for (int round = 0; round < 3; round++) {
+    bent_render_statistics statistics;
+    CHECK(bent_scene_set_motion(scene, round < 2 ? moments : NULL, &error) == BENT_OK);
+    CHECK(bent_scene_render_tile(scene, 0, 0, WIDTH, HEIGHT, &settings, channels, NULL, NULL, &statistics, NULL, &error) ==
+          BENT_OK);
+    CHECK((vectors[0][1] != 0) == (round < 2));
+  }
+  CHECK(bent_scene_set_motion(scene, moments, &error) == BENT_OK);
+  bent_scene_free(view);
+  bent_scene_free(scene);
+}
+
 /* usage: bentlight_smoke [Embree's library] */
 static void test_tables(void)
 {
@@ -319,6 +354,7 @@ int main(int argc, char **argv)
   test_scene(0);
   test_scene(1);
   test_render();
+  test_motion();
   test_errors();
   test_spacetimes();
   test_rays();

@@ -24,6 +24,7 @@ from .exr import ExrError, write_exr
 from .finish import light_image, pass_values, with_light, with_stars
 from .influence import EVERYONE, Influence
 from .kerr_map import KerrMap
+from .motion import Moment
 from .parts import Part, PartError, PassPlan, Picture, Piece, write_part
 from .program import OPERATIONS, Program, ProgramBuilder
 from .render import CHANNELS, Aperture, RenderSettings, RenderStatistics
@@ -48,6 +49,7 @@ __all__ = [
     "Influence",
     "KerrMap",
     "LensSphere",
+    "Moment",
     "Part",
     "PartError",
     "PassPlan",

@@ -53,7 +53,7 @@ def pass_values(
     channels: Mapping[str, NDArray[np.float32]], channel: str, first: int, width: int, color: str = ""
 ) -> NDArray[np.float32]:
     """What a pass shows, (height, width, components): a channel's components from `first` on. color: the channel by
-    which light passes are divided, or ""."""
+    which light passes, and vectors, are divided, or ""."""
     values = channels[channel][..., first : first + width]
     return _divided(values, channels[color]) if color else values
 

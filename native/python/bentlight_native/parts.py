@@ -22,7 +22,7 @@ from .state import develop_state, merge_states, state_width
 _DESCRIPTION = "bentlightPart"
 _FORMAT = 3
 _PLAIN = ("layer", "view", "frame", "is_cropped", "scene", "star_group", "metadata")  # fields of a picture, as they are
-_OUTSIDE = {"depth": 1e11}  # what Blender has outside of a border, where it is not 0
+_OUTSIDE = {"depth": 1e11, "vector": 1e4}  # what Blender has outside of a border, where it is not 0
 
 
 class PartError(ValueError):

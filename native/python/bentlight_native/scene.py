@@ -2,10 +2,11 @@
 
 from . import _core
 from .geometry import GeometryMethods
+from .motion import MotionMethods
 from .render import RenderMethods
 from .shading import ShadingMethods
 from .stars import StarMethods
 
 
-class Scene(GeometryMethods, RenderMethods, ShadingMethods, StarMethods, _core.Scene):
+class Scene(GeometryMethods, MotionMethods, RenderMethods, ShadingMethods, StarMethods, _core.Scene):
     """A scene: edit it from one thread, commit(), then read it from many."""

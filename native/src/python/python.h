@@ -83,7 +83,7 @@ int filter_value(const char *name);
 
 /* Methods of Scene, by topic: scene_geometry.c, scene_shading.c, scene_render.c, scene_stars.c. */
 extern PyMethodDef scene_geometry_methods[], scene_shading_methods[], scene_render_methods[], scene_star_methods[],
-    scene_label_methods[];
+    scene_label_methods[], scene_motion_methods[];
 /* Functions of the module, by topic. */
 extern PyMethodDef trace_functions[], connect_functions[], table_functions[], sphere_functions[], render_functions[], channel_functions[],
     embree_functions[], disk_functions[], star_functions[];

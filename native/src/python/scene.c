@@ -36,7 +36,7 @@ static void dealloc(PyObject *self)
 static PyMethodDef *gather(void)
 {
   PyMethodDef *const topics[] = {scene_geometry_methods, scene_shading_methods, scene_render_methods, scene_label_methods,
-                                 scene_star_methods};
+                                 scene_star_methods, scene_motion_methods};
   size_t count = 1, used = 0;
   for (size_t t = 0; t < sizeof topics / sizeof *topics; t++)
     for (PyMethodDef *m = topics[t]; m->ml_name; m++) count++;

@@ -31,6 +31,11 @@ int camera_has_inverse(const camera *camera);
  * panoramas may show one more than once. Returns how many. An orthographic camera sees no single directions: 0. */
 enum { CAMERA_PLACES_MAX = 8 };
 int camera_places(const camera *camera, vec3 direction, const double beside[2], double places[CAMERA_PLACES_MAX][2]);
+/* The same, but only one point: of several that which is nearest to `near`; perspective cameras see all of their plane, however
+ * far from the image. Returns 0 if there is none. */
+int camera_place_near(const camera *camera, vec3 direction, const double near[2], double place[2]);
+/* Where an orthographic camera in flat space sees a point. */
+void camera_place_of_point(const camera *camera, vec3 point, double place[2]);
 /* Solid angle of directions at the lens' middle per area of the image, at a point of it; 0 where there is no ray. */
 double camera_solid_angle(const camera *camera, double x, double y);
 /* Inverse of world_from_camera's rotation: a world direction in camera space. */

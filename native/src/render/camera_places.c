@@ -118,3 +118,27 @@ int camera_places(const camera *camera, vec3 direction, const double beside[2], 
   else if (camera->settings.kind == BENT_CAMERA_PERSPECTIVE && d.z < 0) add(&f, d.x / -d.z, d.y / -d.z);
   return f.count;
 }
+
+int camera_place_near(const camera *camera, vec3 direction, const double near[2], double place[2])
+{
+  const double middle[2] = {0, 0}, beside[2] = {0.5, 0.5};
+  double places[CAMERA_PLACES_MAX][2], nearest = INFINITY, unused;
+  if (camera_has_inverse(camera)) return camera_project(camera, middle, direction, place, &unused);
+  const int count = camera_places(camera, direction, beside, places);
+  for (int i = 0; i < count; i++) {
+    const double distance = v2_length(places[i][0] - near[0], places[i][1] - near[1]);
+    if (distance >= nearest) continue;
+    nearest = distance;
+    place[0] = places[i][0], place[1] = places[i][1];
+  }
+  return count > 0;
+}
+
+void camera_place_of_point(const camera *camera, vec3 point, double place[2])
+{
+  const double *plane = camera->settings.viewplane;
+  const vec3 from = mat4_point(&camera->world_from_camera, v3(0, 0, 0));
+  const vec3 p = camera_from_world_direction(camera, v3_sub(point, from));
+  place[0] = (p.x - plane[0]) / (plane[1] - plane[0]);
+  place[1] = (p.y - plane[2]) / (plane[3] - plane[2]);
+}

@@ -52,6 +52,10 @@ static const bent_channel CHANNELS[CHANNEL_COUNT] = {
     [CHANNEL_DEFLECTION] = {"deflection", 3, BENT_FIRST,
                             "of the ray through the pixel's center: the place in the picture, from 0 to 1 from its left and "
                             "bottom edges, where the unbent picture shows what this ray meets; and 1, or 0 where there is none"},
+    [CHANNEL_VECTOR] = {"vector", 4, BENT_MEAN,
+                        "motion in the picture of what is seen, pixels, times vector_weight: its place before less the present "
+                        "one, and the present one less that after (bentlight/motion.h); 0 where it is not known"},
+    [CHANNEL_VECTOR_WEIGHT] = {"vector_weight", 1, BENT_MEAN, "how much the samples count for `vector`, which is to be divided by it"},
     [CHANNEL_LIGHT_GROUPS] = {"light_groups", 3, BENT_MEAN, "for each light group: the part of combined that its lights bring", BENT_PER_LIGHT_GROUP},
     [CHANNEL_AOVS] = {"aovs", 4, BENT_MEAN, "for each AOV: what materials write to it", BENT_PER_AOV},
     [CHANNEL_MATTE_OBJECT] = {"matte_object", 2, BENT_MATTE, "for each rank: Cryptomatte name of an object and the part of the pixel that it covers", BENT_PER_RANK},

@@ -40,6 +40,8 @@ typedef enum channel {
   CHANNEL_FREQUENCY_SHIFT,
   CHANNEL_DISK_ONLY,
   CHANNEL_DEFLECTION,
+  CHANNEL_VECTOR,
+  CHANNEL_VECTOR_WEIGHT,
   CHANNEL_LISTS, /* from here on as many values as the settings say: kept apart */
   CHANNEL_LIGHT_GROUPS = CHANNEL_LISTS,
   CHANNEL_AOVS,

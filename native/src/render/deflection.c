@@ -46,31 +46,6 @@ static int goes_on(const tracer *t, bent_ray *ray, const bent_hit *hit)
   return 1;
 }
 
-/* Where an orthographic camera in flat space sees a point. */
-static void place_of_point(const camera *camera, vec3 point, double out[2])
-{
-  const double *plane = camera->settings.viewplane;
-  const vec3 from = mat4_point(&camera->world_from_camera, v3(0, 0, 0));
-  const vec3 p = camera_from_world_direction(camera, v3_sub(point, from));
-  out[0] = (p.x - plane[0]) / (plane[1] - plane[0]);
-  out[1] = (p.y - plane[2]) / (plane[3] - plane[2]);
-}
-
-/* Where a panorama sees a direction: of several places that which is nearest to `own`. Returns 0 if there is none. */
-static int place_in_panorama(const camera *camera, vec3 direction, const double own[2], double out[2])
-{
-  const double beside[2] = {0.5, 0.5};
-  double places[CAMERA_PLACES_MAX][2], nearest = INFINITY;
-  const int count = camera_places(camera, direction, beside, places);
-  for (int i = 0; i < count; i++) {
-    const double distance = v2_length(places[i][0] - own[0], places[i][1] - own[1]);
-    if (distance >= nearest) continue;
-    nearest = distance;
-    out[0] = places[i][0], out[1] = places[i][1];
-  }
-  return count > 0;
-}
-
 /* Where the unbent picture shows what a ray from the place `own` has met. */
 static void map_place(const tracer *t, const bent_hit *hit, uint32_t borders, const double own[2], float out[3])
 {
@@ -80,11 +55,8 @@ static void map_place(const tracer *t, const bent_hit *hit, uint32_t borders, co
   const vec3 seen = is_place ? v3_normalize(v3_sub(v3_from(hit->position), t->eye)) : v3_from(hit->direction);
   double at[2];
   int is_seen = 1;
-  const double middle[2] = {0, 0};
-  double unused;
-  if (camera_has_inverse(camera)) is_seen = camera_project(camera, middle, seen, at, &unused);
-  else if (camera->settings.kind != BENT_CAMERA_ORTHOGRAPHIC) is_seen = place_in_panorama(camera, seen, own, at);
-  else if (is_place) place_of_point(camera, v3_from(hit->position), at);
+  if (camera->settings.kind != BENT_CAMERA_ORTHOGRAPHIC) is_seen = camera_place_near(camera, seen, own, at);
+  else if (is_place) camera_place_of_point(camera, v3_from(hit->position), at);
   else is_seen = 0; /* parallel rays of a flat picture all see one place of the sky */
   if (is_seen) out[0] = (float)at[0], out[1] = (float)at[1], out[2] = 1;
 }

@@ -5,6 +5,7 @@
 
 #include "geometry/geometry.h"
 #include "render/bsdf.h"
+#include "render/motion_vector.h"
 #include "render/parts.h"
 #include "scene/disk_seen.h"
 #include "scene/labels.h"
@@ -117,6 +118,7 @@ void describe_surface(const tracer *t, path *path, double length, sample_record 
   record_vec3(record, CHANNEL_POSITION, point->position);
   record_vec3(record, CHANNEL_NORMAL, describe_normal(point, set));
   if (t->layout->extras) describe_more(t, record, surface);
+  if (path->seen) motion_see_surface(t, path->seen, surface, M_PI * path->winding);
 }
 
 aov_sink describe_aovs(const tracer *t, const sample_record *record)
@@ -124,12 +126,14 @@ aov_sink describe_aovs(const tracer *t, const sample_record *record)
   return (aov_sink){record_list(record, t->layout, CHANNEL_AOVS), t->layout->list_length[CHANNEL_AOVS] / 4};
 }
 
-void describe_sky(const tracer *t, const path *path, vec3 direction, const ray_history *history, sample_record *record)
+void describe_sky(const tracer *t, const path *path, const bent_hit *hit, const ray_history *history, sample_record *record)
 {
   if (path->described) return;
   record->value[CHANNEL_FREQUENCY_SHIFT][0] = history->frequency > 0 ? (float)history->frequency : 1;
   const aov_sink aovs = describe_aovs(t, record);
+  const vec3 direction = v3_from(hit->direction);
   if (aovs.count) shading_sky_aovs(t->scene->shading, direction, history, &aovs);
+  if (path->seen) motion_see_sky(path->seen, direction, hit->fate == BENT_ESCAPED_FAR, M_PI * path->winding);
 }
 
 void describe_way(const tracer *t, const path *path, double length, sample_record *record)

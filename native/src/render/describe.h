@@ -17,8 +17,8 @@ void describe_surface(const tracer *tracer, path *path, double length, sample_re
                       const surface *surface, const closure_set *set);
 /* Where a surface's material or the sky's writes AOVs. */
 aov_sink describe_aovs(const tracer *tracer, const sample_record *record);
-/* The sky in a direction, seen by a camera ray of that history. */
-void describe_sky(const tracer *tracer, const path *path, vec3 direction, const ray_history *history,
+/* The sky, where a camera ray of that history has escaped to. */
+void describe_sky(const tracer *tracer, const path *path, const bent_hit *hit, const ray_history *history,
                   sample_record *record);
 /* Denoising depth: the next leg of the way to the surface that describe_features takes. */
 void describe_way(const tracer *tracer, const path *path, double length, sample_record *record);

@@ -59,7 +59,7 @@ void gather_sky(const tracer *t, path *p, const bent_ray *ray, const bent_hit *h
 {
   sky_view view = {ray, reach, v3_from(hit->direction), p->ray};
   if (t->asks_frequency) frequency_leave(t->scene->geometry, p->scattered.position, p->scattered.direction, &view.history);
-  if (t->layout->extras && p->ray.bounces == 0) describe_sky(t, p, view.direction, &view.history, record);
+  if (t->layout->extras && p->ray.bounces == 0) describe_sky(t, p, hit, &view.history, record);
   const vec3 sky = shading_sky(t->scene->shading, view.direction, footprint->known ? footprint->across : NULL, &view.history);
   const vec3 of_sky = v3_scale(sky, direct_weight_sky(t, p, reach, view.direction));
   vec3 all = sky, weighed = of_sky;

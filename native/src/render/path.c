@@ -16,6 +16,7 @@
 #include "render/subsurface.h"
 #include "render/bidirectional.h"
 #include "render/light_path.h"
+#include "render/motion_vector.h"
 #include "render/occlusion.h"
 #include "scene/scene.h"
 
@@ -45,7 +46,9 @@ bent_status path_block_new(path_block *out, const bent_scene *scene, const chann
   out->shadow_hits = malloc(SHADOWS * sizeof *out->shadow_hits);
   out->credits = layout->light ? malloc(SHADOWS * sizeof *out->credits) : NULL;
   out->lists = malloc((n * layout->list_total + 1) * sizeof *out->lists);
-  const int has_lists = out->lists && (out->credits || !layout->light);
+  const int has_vectors = layout->wanted[CHANNEL_VECTOR] && scene->motion;
+  if (has_vectors) out->seen = malloc(n * sizeof *out->seen);
+  const int has_lists = out->lists && (out->seen || !has_vectors) && (out->credits || !layout->light);
   if (has_lists && out->paths && out->rays && out->hits && out->goes_on && out->records && out->closures && out->shadows &&
       out->shadow_rays && out->shadow_hits)
     return BENT_OK;
@@ -66,6 +69,7 @@ void path_block_free(path_block *block)
   free(block->shadow_hits);
   free(block->credits);
   free(block->lists);
+  free(block->seen);
   light_paths_free(block->light);
   *block = (path_block){0};
 }
@@ -530,8 +534,15 @@ bent_status path_trace(const tracer *t, path_block *block, int count, const pixe
     if (status) return status;
   }
   for (int i = 0; i < count; i++) block->records[i].lists = block->lists + (size_t)i * t->layout->list_total;
-  for (int i = 0; i < count; i++)
-    if (start(t, &wanted[i], &block->paths[alive], &block->rays[alive], &block->records[i]))
-      block->paths[alive++].record = i;
-  return path_run(t, block, alive, statistics, progress, error);
+  for (int i = 0; i < count; i++) {
+    if (block->seen) block->seen[i].kind = SEEN_NOTHING;
+    path *p = &block->paths[alive];
+    if (!start(t, &wanted[i], p, &block->rays[alive], &block->records[i])) continue;
+    p->record = i;
+    if (block->seen && motion_is_asked(t, p->sample)) motion_begin(&block->seen[i], p);
+    alive++;
+  }
+  const bent_status status = path_run(t, block, alive, statistics, progress, error);
+  if (!status && block->seen) motion_write(t, (size_t)count, block->seen, block->records);
+  return status;
 }

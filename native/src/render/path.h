@@ -65,6 +65,7 @@ typedef struct path {
   ray_history ray;
   int record;
   vec3 diffuse_part, glossy_part; /* of what its first scattering brings: see credit; only if light is told apart */
+  struct motion_seen *seen; /* where it says what its vector is of; NULL: nowhere */
   int described, featured; /* whether depth, position, normal and denoising features are written */
   int last;                /* nothing but emission is gathered at the next surface */
 } path;
@@ -115,6 +116,7 @@ typedef struct path_block {
   credit *credits;        /* of shadows, if light is told apart; else NULL */
   int credit_count;
   float *lists;           /* of the records */
+  struct motion_seen *seen; /* what each sample sees; NULL unless vectors are wanted */
   shadow_count *counts;   /* by portal_cell, to be counted up; NULL: nobody counts */
   struct light_paths *light; /* light_path.h, freed with the block; NULL if light subpaths are not traced */
 } path_block;

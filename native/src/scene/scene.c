@@ -8,6 +8,7 @@
 #include "light/lights.h"
 #include "render/portal.h"
 #include "scene/labels.h"
+#include "scene/motion.h"
 #include "scene/shading.h"
 
 bent_status bent_scene_new(bent_scene **out, bent_error *error)
@@ -32,6 +33,7 @@ void bent_scene_free(bent_scene *scene)
   lamps_free(scene->lamps);
   suns_free(scene->suns);
   labels_free(scene->labels);
+  motion_free(scene->motion);
   shading_free(scene->shading);
   geometry_free(scene->geometry);
   free(scene);

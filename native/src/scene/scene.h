@@ -10,6 +10,7 @@ typedef struct suns suns;             /* light/suns.h */
 typedef struct lamps lamps;           /* light/lamps.h */
 typedef struct portals portals;       /* what is known of wormholes' throats, made by commit: render/portal.h */
 typedef struct labels labels;         /* scene/labels.h */
+typedef struct motion motion;         /* scene/motion.h */
 typedef struct lights lights;         /* all that shines, made by commit: light/lights.h */
 
 struct bent_scene {
@@ -19,6 +20,7 @@ struct bent_scene {
   suns *suns;   /* NULL: none, as the lamps */
   lamps *lamps;
   labels *labels; /* NULL: none */
+  motion *motion; /* NULL: none */
   lights *lights; /* NULL before the first commit */
   portals *portals; /* NULL without wormholes */
   int committed;
