@@ -204,3 +204,24 @@ def test_moving_objects_compiles_no_material_again(monkeypatch):
     monkeypatch.undo()
     material.node_tree.nodes.remove(bevel)
     assert texts() == []
+
+
+def test_what_keeps_light_from_being_followed_from_lamps(hole):
+    """Passes and spin, told before a render as by one; each as long as it is so, and for Bidirectional alone."""
+    scene, layer = bpy.context.scene, bpy.context.view_layer
+    layer.use_pass_diffuse_direct = True
+    assert texts() == []
+    scene.bentlight.integrator = "BIDIRECTIONAL"
+    said = "Bidirectional is not possible, light is followed from the camera alone: "
+    name = "Diffuse Direct" if bpy.app.version >= (5, 0, 0) else "DiffDir"
+    assert texts() == [f"{said}the pass '{name}' tells light apart"]
+    layer.use_pass_diffuse_direct = False
+    assert texts() == []
+    layer.lightgroups.add(name="key")
+    assert texts() == [f"{said}the pass 'Combined_key' tells light apart"]
+    bpy.ops.scene.view_layer_remove_lightgroup()
+    hole.bentlight.spin = 0.5
+    (found,) = (texts(), checks.of_scene(bpy.context))[1]
+    assert found.text == f"{said}'Hole' spins" and (found.kind, found.owner) == ("OBJECT", "Hole")
+    scene.render.engine = "CYCLES"
+    assert texts() == []
