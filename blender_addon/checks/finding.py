@@ -4,8 +4,7 @@ from typing import NamedTuple
 
 
 class Finding(NamedTuple):
-    """text: translated. owner: the object, material, world or scene that it is about; kind: 'OBJECT', 'MATERIAL', 'WORLD'
-    or 'SCENE'.
+    """text: translated. owner: what it is about, of the kind 'OBJECT', 'MATERIAL', 'WORLD' or 'SCENE'.
 
     about: names of other objects whose panels tell it too; node: the material's node.
     """

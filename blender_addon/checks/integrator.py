@@ -20,9 +20,7 @@ def settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> tuple[s
     return scene.bentlight.integrator, parts[0].name if parts else ""
 
 
-def obstacles(
-    scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, items: list[SpacetimeData]
-) -> Iterator[Finding]:
+def obstacles(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, items: list[SpacetimeData]) -> Iterator[Finding]:
     """What of the scene keeps the integrator Bidirectional from it. What surfaces do is only found by a render."""
     integrator, part = settings(scene, view_layer)
     if integrator != "BIDIRECTIONAL":
