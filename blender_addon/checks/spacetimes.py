@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 
@@ -18,6 +19,7 @@ from ..sync.scene_data import SpacetimeData
 from . import inside
 from .finding import Finding
 
+_INSTANCES_MAX = 20_000  # that are looked at: a tenth of a second after each change
 _Core = tuple[SpacetimeData, mathutils.Vector, float]  # a hole, its place, and the radius of a ball around its core
 
 
@@ -111,7 +113,7 @@ def _instances(depsgraph: bpy.types.Depsgraph, cores: list[_Core]) -> Iterator[F
     those in an instanced collection."""
     told: set[tuple[str, str, str]] = set()
     local: dict[int, tuple[mathutils.Vector, float]] = {}
-    for instance in depsgraph.object_instances:
+    for instance in itertools.islice(depsgraph.object_instances, _INSTANCES_MAX):
         if not instance.is_instance or not instance.show_self:
             continue
         obj, parent = instance.object, instance.parent
