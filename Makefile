@@ -30,14 +30,14 @@ test: test-python test-python-4.5 test-sanitized
 test-python: build/native.stamp
 	$(python) $(pytest) tests
 
-# The oldest Blender with the oldest instruction set; the sanitizers take the one between, test-python the best.
+# The oldest Blender with the oldest instruction set; the sanitized core has the one between alone, test-python the best.
 test-python-4.5: build/native-4.5.stamp
 	BENTLIGHT_ISA=v2 $(python_4.5) $(pytest) tests
 
 # Python itself leaks at exit, so leaks are looked for in the C program alone, which has no Python in it.
 test-sanitized: build/sanitized.stamp
 	build/sanitized/cmake/bentlight_smoke .venv/lib/python3.11/site-packages/bpy/lib/libembree4.so.4
-	LD_PRELOAD="$$(cc -print-file-name=libasan.so)" ASAN_OPTIONS=detect_leaks=0 PYTHONMALLOC=malloc BENTLIGHT_ISA=v3 \
+	LD_PRELOAD="$$(cc -print-file-name=libasan.so)" ASAN_OPTIONS=detect_leaks=0 PYTHONMALLOC=malloc \
 	  PYTHONPATH=build/sanitized/site $(python) $(pytest) tests/native -m "not unsanitized"
 
 lint: .venv/ready

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 
 class Finding(NamedTuple):
-    """text: translated. owner: the object, material or world that it is about; kind: 'OBJECT', 'MATERIAL' or 'WORLD'.
+    """text: translated. owner: what it is about, of the kind 'OBJECT', 'MATERIAL', 'WORLD' or 'SCENE'.
 
     about: names of other objects whose panels tell it too; node: the material's node.
     """

@@ -11,7 +11,7 @@ from .. import changes
 from ..compatibility import ENGINE
 from ..report import RenderError
 from ..sync.objects import UNSUPPORTED_TYPES
-from . import spacetimes
+from . import integrator, spacetimes
 from .finding import Finding
 from .materials import MaterialChecks
 
@@ -22,7 +22,8 @@ _found: dict[Hashable, list[Finding]] = {}
 
 def of_scene(context: bpy.types.Context) -> list[Finding]:
     """What the user should know about the scene and view layer of the context, for the engine that is chosen."""
-    key = changes.count(), context.scene.name_full, context.view_layer.name, context.engine
+    scene, view_layer = context.scene, context.view_layer
+    key = changes.count(), scene.name_full, view_layer.name, context.engine, *integrator.settings(scene, view_layer)
     if key not in _found:
         _found.clear()
         _found[key] = _find(context)
@@ -41,6 +42,7 @@ def _find(context: bpy.types.Context) -> list[Finding]:
             except RenderError as error:
                 found.append(Finding(str(error), "OBJECT", items[0].name))
     if context.engine == ENGINE:
+        found += integrator.obstacles(scene, view_layer, items)
         found += _unsupported(view_layer)
         found += _materials.findings(scene, view_layer)
     return found

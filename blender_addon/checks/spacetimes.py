@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 
@@ -17,6 +18,9 @@ from ..sync import spacetime
 from ..sync.scene_data import SpacetimeData
 from . import inside
 from .finding import Finding
+
+_INSTANCES_MAX = 20_000  # that are looked at: a tenth of a second after each change
+_Core = tuple[SpacetimeData, mathutils.Vector, float]  # a hole, its place, and the radius of a ball around its core
 
 
 def read(view_layer: bpy.types.ViewLayer, depsgraph: bpy.types.Depsgraph) -> list[SpacetimeData]:
@@ -64,12 +68,21 @@ class Balls:
     def around(self, obj: bpy.types.Object) -> tuple[mathutils.Vector, float]:
         """Middle and radius in the world of a ball that holds an evaluated object."""
         if obj.name_full not in self._known:
-            low, high = (mathutils.Vector(obj.bound_box[i]) for i in (0, 6))
-            self._known[obj.name_full] = (low + high) / 2, (high - low).length / 2
-        middle, radius = self._known[obj.name_full]
-        matrix = obj.matrix_world
-        longest = max(axis.length for axis in matrix.to_3x3().col)
-        return matrix @ middle, math.sqrt(3) * longest * radius  # a bound for shear too
+            self._known[obj.name_full] = _box_ball(obj)
+        return _placed(self._known[obj.name_full], obj.matrix_world)
+
+
+def _box_ball(obj: bpy.types.Object) -> tuple[mathutils.Vector, float]:
+    """Middle and radius of the ball around an object's box, in its own coordinates."""
+    low, high = (mathutils.Vector(obj.bound_box[i]) for i in (0, 6))
+    return (low + high) / 2, (high - low).length / 2
+
+
+def _placed(ball: tuple[mathutils.Vector, float], matrix: mathutils.Matrix) -> tuple[mathutils.Vector, float]:
+    """A ball in the world around one that a matrix places there."""
+    middle, radius = ball
+    longest = max(axis.length for axis in matrix.to_3x3().col)
+    return matrix @ middle, math.sqrt(3) * longest * radius  # a bound for shear too
 
 
 def near_horizons(
@@ -82,33 +95,68 @@ def near_horizons(
     """Meshes and the camera, where sound objects are too near."""
     solid = [item for item in items if item.kind == "WORMHOLE" or item.mass > 0]
     cores = [(item, mathutils.Vector(item.origin), float(inside.core_axes(item).max()) * item.scale) for item in solid]
-    for obj in view_layer.objects if cores else ():
-        if obj.type != "MESH" or obj.hide_render or obj.bentlight.made_for_cycles != "NOTHING":
-            continue
-        evaluated = obj.evaluated_get(depsgraph)
-        middle, radius = balls.around(evaluated)
-        for item, origin, size in cores:
-            if (middle - origin).length < radius + size and obj.name != item.name:
-                yield from _mesh(evaluated, item)
+    if cores:
+        for obj in view_layer.objects:
+            if obj.type == "MESH" and not obj.hide_render and obj.bentlight.made_for_cycles == "NOTHING":
+                evaluated = obj.evaluated_get(depsgraph)
+                yield from _mesh(evaluated, evaluated.matrix_world, balls.around(evaluated), cores)
+        yield from _instances(depsgraph, cores)
     if scene.camera is not None:
         camera = scene.camera.evaluated_get(depsgraph)
         for item in solid:
             yield from _camera(camera, item)
 
 
-def _mesh(obj: bpy.types.Object, item: SpacetimeData) -> Iterator[Finding]:
-    matrix = inside.core_from_world(item) @ np.array(obj.matrix_world)
-    corners = np.array(obj.bound_box) @ matrix[:3, :3].T + matrix[:3, 3]
-    if inside.box_distance(corners) >= 1:
-        return
-    vertices, triangles = _geometry(obj, matrix)
-    if inside.lies_inside(vertices):
-        text = rpt_("'{}' is inside '{}' and is not seen")
-    elif inside.reaches_inside(vertices, triangles):
-        text = rpt_("'{}' reaches into '{}': what is inside is not seen")
-    else:
-        return
-    yield Finding(text.format(obj.name, item.name), "OBJECT", obj.name, (item.name,))
+def _instances(depsgraph: bpy.types.Depsgraph, cores: list[_Core]) -> Iterator[Finding]:
+    """Those of geometry nodes, collections, particles and the like, and the meshes of curves and texts; each object by
+    each of its instancers is told once. An object that is hidden in renders is seen where another places it, but for
+    those in an instanced collection."""
+    told: set[tuple[str, str, str]] = set()
+    local: dict[int, tuple[mathutils.Vector, float]] = {}
+    for instance in itertools.islice(depsgraph.object_instances, _INSTANCES_MAX):
+        if not instance.is_instance or not instance.show_self:
+            continue
+        obj, parent = instance.object, instance.parent
+        if obj.type != "MESH" or parent.hide_render or obj.bentlight.made_for_cycles != "NOTHING":
+            continue
+        if obj.hide_render and parent.instance_type == "COLLECTION":
+            continue
+        mesh = obj.data.as_pointer()
+        if mesh not in local:
+            local[mesh] = _box_ball(obj)
+        for found in _mesh(obj, instance.matrix_world, _placed(local[mesh], instance.matrix_world), cores, parent):
+            key = obj.name, parent.name, found.about[0]
+            if key not in told:
+                told.add(key)
+                yield found
+
+
+def _mesh(
+    obj: bpy.types.Object,
+    world: mathutils.Matrix,
+    ball: tuple[mathutils.Vector, float],
+    cores: list[_Core],
+    parent: bpy.types.Object | None = None,
+) -> Iterator[Finding]:
+    """An evaluated object at a place in the world, in a ball there, as itself or as placed by `parent`."""
+    middle, radius = ball
+    for item, origin, size in cores:
+        if (middle - origin).length >= radius + size or obj.name == item.name:
+            continue
+        matrix = inside.core_from_world(item) @ np.array(world)
+        corners = np.array(obj.bound_box) @ matrix[:3, :3].T + matrix[:3, 3]
+        if inside.box_distance(corners) >= 1:
+            continue
+        vertices, triangles = _geometry(obj, matrix)
+        if inside.lies_inside(vertices):
+            text = rpt_("{} is inside '{}' and is not seen")
+        elif inside.reaches_inside(vertices, triangles):
+            text = rpt_("{} reaches into '{}': what is inside is not seen")
+        else:
+            continue
+        is_own = parent is None or parent.name == obj.name
+        who = f"'{obj.name}'" if is_own else rpt_("Instance of '{}' by '{}'").format(obj.name, parent.name)
+        yield Finding(text.format(who, item.name), "OBJECT", (parent or obj).name, (item.name,))
 
 
 def _geometry(obj: bpy.types.Object, matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -100,6 +100,19 @@ def add_light(kind: str, location=(0.0, 0.0, 0.0), rotation=(0.0, 0.0, 0.0), **s
     return obj
 
 
+def animation_curves(action: bpy.types.Action) -> list[bpy.types.FCurve]:
+    """All curves of an action, for whatever they are."""
+    bags = [bag for layer in action.layers for strip in layer.strips for bag in strip.channelbags]
+    return [curve for bag in bags for curve in bag.fcurves]
+
+
+def make_even(owner: bpy.types.ID) -> None:
+    """Lets what is animated go on evenly between keyframes. (Blender's preference is not for those of scripts.)"""
+    for curve in animation_curves(owner.animation_data.action):
+        for point in curve.keyframe_points:
+            point.interpolation = "LINEAR"
+
+
 def read_exr(path: Path) -> dict[str, np.ndarray]:
     """Every pass of a multilayer EXR by "layer.pass" or "layer.pass.view", (height, width, components), upwards."""
     passes: dict[str, dict[str, np.ndarray]] = {}

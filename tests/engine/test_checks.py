@@ -71,6 +71,64 @@ def test_modifiers_count(hole):
     assert len(texts()) == 1
 
 
+def scatter(obj: bpy.types.Object, node: str, **inputs) -> None:
+    """An instance of what a geometry node makes at each of an object's vertices, instead of itself."""
+    tree = bpy.data.node_groups.new("Scatter", "GeometryNodeTree")
+    for way in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+    before, after = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
+    source, place = tree.nodes.new(node), tree.nodes.new("GeometryNodeInstanceOnPoints")
+    for name, value in inputs.items():
+        source.inputs[name.replace("_", " ")].default_value = value
+    made = next(socket for socket in source.outputs if socket.type == "GEOMETRY")
+    tree.links.new(before.outputs[0], place.inputs["Points"])
+    tree.links.new(made, place.inputs["Instance"])
+    tree.links.new(place.outputs[0], after.inputs[0])
+    obj.modifiers.new("Scatter", "NODES").node_group = tree
+
+
+def test_instances_of_geometry_nodes(hole):
+    """Of an object that renders show where it is placed alone, and of meshes that nodes make; told once, not for each,
+    and selected by what places them."""
+    stone = stage.add_square(0.2, (9, 9, 9), name="Stone")
+    stone.hide_render = True
+    host = stage.add_square(4.0, (0, 0, 0), name="Host")
+    scatter(host, "GeometryNodeObjectInfo", Object=stone, As_Instance=True)
+    assert texts() == []  # at (+-2, +-2)
+    host.scale = (0.3, 0.3, 1.0)
+    (found,) = (texts(), checks.of_scene(bpy.context))[1]
+    assert found.text == "Instance of 'Stone' by 'Host' is inside 'Hole' and is not seen"
+    assert (found.owner, found.about) == ("Host", ("Hole",))
+    host.location.z = 1.0
+    assert texts() == []
+    host.modifiers.clear()
+    scatter(host, "GeometryNodeMeshCube")
+    assert texts() == ["'Host' reaches into 'Hole': what is inside is not seen"]
+    host.hide_render = True
+    assert texts() == []
+
+
+def test_instances_of_collections_and_meshes_of_texts(hole):
+    """What a collection does not show in renders is not told."""
+    scene, rocks = bpy.context.scene, bpy.data.collections.new("Rocks")
+    tile = stage.add_square(0.2, name="Tile")
+    scene.collection.objects.unlink(tile)
+    rocks.objects.link(tile)
+    empty = bpy.data.objects.new("Empty", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", rocks
+    scene.collection.objects.link(empty)
+    assert texts() == ["Instance of 'Tile' by 'Empty' is inside 'Hole' and is not seen"]
+    tile.hide_render = True
+    assert texts() == []
+    text = bpy.data.objects.new("Text", bpy.data.curves.new("Text", "FONT"))
+    text.data.body = "Bentlight"
+    text.location.z = 0.9
+    scene.collection.objects.link(text)
+    assert texts() == ["'Text' reaches into 'Hole': what is inside is not seen"]
+    text.location.z = 1.1
+    assert texts() == []
+
+
 def test_distances_to_triangles_are_those_of_the_nearest_of_many_points():
     rng = np.random.default_rng(3)
     corners = rng.normal(size=(200, 3, 3)) * rng.uniform(0.1, 3, (200, 1, 1)) + rng.normal(size=(200, 1, 3))
@@ -203,4 +261,25 @@ def test_moving_objects_compiles_no_material_again(monkeypatch):
         assert len(texts()) == 1
     monkeypatch.undo()
     material.node_tree.nodes.remove(bevel)
+    assert texts() == []
+
+
+def test_what_keeps_light_from_being_followed_from_lamps(hole):
+    """Passes and spin, told before a render as by one; each as long as it is so, and for Bidirectional alone."""
+    scene, layer = bpy.context.scene, bpy.context.view_layer
+    layer.use_pass_diffuse_direct = True
+    assert texts() == []
+    scene.bentlight.integrator = "BIDIRECTIONAL"
+    said = "Bidirectional is not possible, light is followed from the camera alone: "
+    name = "Diffuse Direct" if bpy.app.version >= (5, 0, 0) else "DiffDir"
+    assert texts() == [f"{said}the pass '{name}' tells light apart"]
+    layer.use_pass_diffuse_direct = False
+    assert texts() == []
+    layer.lightgroups.add(name="key")
+    assert texts() == [f"{said}the pass 'Combined_key' tells light apart"]
+    bpy.ops.scene.view_layer_remove_lightgroup()
+    hole.bentlight.spin = 0.5
+    (found,) = (texts(), checks.of_scene(bpy.context))[1]
+    assert found.text == f"{said}'Hole' spins" and (found.kind, found.owner) == ("OBJECT", "Hole")
+    scene.render.engine = "CYCLES"
     assert texts() == []

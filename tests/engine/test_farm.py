@@ -47,8 +47,8 @@ def build(integrator="PATH"):
     for frame, roof.location.x in ((-10, 0.0), (12, 1.0)):
         roof.keyframe_insert("location", frame=frame)
     add_square(0.3, (-1.0, 0.8, 0.0), emission((1.0, 0.7, 0.4), 20.0))
-    add_light("POINT", (1.0, 1.0, 1.5), energy=60.0, shadow_soft_size=0.2)
-    set_world((0.05, 0.08, 0.2))
+    lamp = add_light("POINT", (1.0, 1.0, 1.5), energy=60.0, shadow_soft_size=0.2)
+    world = set_world((0.05, 0.08, 0.2))
     bpy.ops.bentlight.black_hole_add(mass=0.1, location=(0.2, 0.0, 0.0))
     scene.world.bentlight.stars = "PROCEDURAL"
     scene.bentlight.integrator = integrator
@@ -57,8 +57,12 @@ def build(integrator="PATH"):
     layer = bpy.context.view_layer
     layer.use_pass_z = layer.use_pass_normal = layer.use_pass_environment = layer.use_pass_vector = True
     layer.bentlight.use_pass_error = layer.bentlight.use_pass_winding = layer.bentlight.use_pass_denoising = True
-    layer.use_pass_cryptomatte_object = True
-    layer.use_pass_diffuse_direct = layer.use_pass_diffuse_color = integrator == "PATH"
+    layer.use_pass_cryptomatte_object = layer.use_pass_cryptomatte_asset = True
+    if integrator == "PATH":  # light from lamps cannot be told apart
+        layer.use_pass_diffuse_direct = layer.use_pass_diffuse_color = True
+        for name, owner in (("lamp", lamp), ("sky", world)):
+            layer.lightgroups.add(name=name)
+            owner.lightgroup = name
     return scene
 
 
@@ -102,7 +106,11 @@ def test_merged_parts_are_the_whole(monkeypatch, tmp_path, integrator):
     high = render_part(monkeypatch, tmp_path, "b", "--bentlight-samples=0:2", "--bentlight-tile", "2/2")
     rest = render_part(monkeypatch, tmp_path, "c", "--bentlight-samples", "2:6")
     assert Path(low).name == "frame_samples_0-2_tile_1-of-2_0001.part.exr"
-    assert whole["Combined"][..., :3].std() > 0.05
+    assert whole["Combined"][..., :3].std() > 0.05 and len(np.unique(whole["CryptoObject00"][..., 0])) > 2
+    if integrator == "PATH":
+        assert whole["Combined_lamp"].max() > 0.1
+        stars = whole["Combined_sky"] - [0.05, 0.08, 0.2]
+        assert stars.max() > 0.01, "the sky's group has the stars, too"
     assert_same(merged(tmp_path, low, high, rest), whole)
     assert_same(merged(tmp_path, rest, high, low), whole)
     first = str(tmp_path / "first.part.exr")

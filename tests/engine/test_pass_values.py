@@ -141,10 +141,11 @@ def test_a_transparent_film_has_no_sky_in_its_groups(scene, tmp_path):
     np.testing.assert_allclose(groups, passes["Combined"][..., :3], rtol=2e-5, atol=1e-6)
 
 
-def test_light_passes_follow_light_from_the_camera_alone(scene, tmp_path):
-    """What lamps' own paths bring cannot be told apart."""
+def test_light_passes_follow_light_from_the_camera_alone(scene, tmp_path, capfd):
+    """What lamps' own paths bring cannot be told apart, and the user is told so."""
     scene.bentlight.samples, scene.bentlight.integrator = 1, "BIDIRECTIONAL"
     told = stage.render(tmp_path)["Combined"]
+    assert capfd.readouterr().out.count("light is followed from the camera alone: the pass 'Diff") == 1
     scene.bentlight.integrator = "PATH"
     assert np.array_equal(told, stage.render(tmp_path)["Combined"])
 

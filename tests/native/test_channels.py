@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from bentlight_native import (
     CHANNELS,
+    FATES,
     Cancelled,
     Part,
     PartError,
@@ -36,6 +37,35 @@ def test_a_far_hole_occludes_nothing(spacetime):
     scene.commit()
     channels, _ = render(scene, 8, 8, 64, names=("ambient_occlusion",), occlusion_distance=1.0)
     np.testing.assert_allclose(channels["ambient_occlusion"], 1, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "spacetime",
+    [Spacetime.schwarzschild(0.3), Spacetime.kerr(0.3, 0.27), Spacetime.ellis(0.6)],
+    ids=["schwarzschild", "kerr", "ellis"],
+)
+def test_occlusion_near_a_hole_is_what_rays_from_there_meet(spacetime):
+    """One place of a floor, a hole above it and a roof behind: of random rays by their cosine, the part that meets
+    neither the roof nor, bent back, the floor within the distance. Straight rays would meet the roof far more often."""
+    scene, distance = new_scene(), 5.0
+    add(scene, quad(50, 50), diffuse((0.5, 0.5, 0.5)))
+    add(scene, quad(2, 2), diffuse((0.5, 0.5, 0.5)), at=placed(0, 0, 2))
+    scene.set_spacetime(spacetime, placed(0.2, 0.1, 1))
+    perspective(scene, placed(-0.3, 0, 0.1), half=1e-6)
+    scene.commit()
+    names = ("ambient_occlusion", "position")
+    seen, _ = render(scene, 8, 8, 48, names=names, occlusion_distance=distance, max_bounces=0)
+    place = seen["position"].reshape(-1, 3).mean(axis=0)
+    np.testing.assert_allclose(seen["position"] - place, 0, atol=1e-5)
+    across, turn = np.random.default_rng(5).uniform(size=(2, 8 * 8 * 48)) * [[1], [2 * np.pi]]
+    rays = np.stack([*np.sqrt(across) * (np.cos(turn), np.sin(turn)), np.sqrt(1 - across)], axis=1)
+    starts = np.tile((*place[:2].astype(float), 1e-6), (len(rays), 1))
+    met = scene.intersect(starts, rays, 1e-5, length_max=distance)["fate"] == FATES.index("hit")
+    error = np.sqrt(2 * met.mean() * (1 - met.mean()) / len(rays))
+    assert abs(1 - seen["ambient_occlusion"].mean() - met.mean()) < 4 * error
+    length = 2 / rays[:, 2]
+    straight = (np.abs(starts + rays * length[:, None])[:, :2] < 2).all(axis=1) & (length < distance)
+    assert straight.mean() - met.mean() > 5 * error
 
 
 def test_deflection_of_parallel_rays_inside_and_outside_of_a_sphere():

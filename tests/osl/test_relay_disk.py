@@ -11,7 +11,6 @@ from tests.engine import stage
 from tests.engine.stage import blender  # noqa: F401 (a fixture)
 from tests.osl import test_relay_motion as motion
 from tests.osl.test_relay_camera import cycles, picture, shining_room
-from tests.osl.test_relay_motion import straight_keys  # noqa: F401 (a fixture)
 
 LOOKS = {
     "opaque": {"emission": "PAGE_THORNE", "opacity": 1.0},

@@ -4,19 +4,11 @@ import bpy
 import numpy as np
 import pytest
 
+from tests.engine import stage
 from tests.engine.stage import blender  # noqa: F401 (a fixture)
 from tests.osl.test_relay_camera import cycles, picture, shining_room
 
 SEEDS = 4
-
-
-@pytest.fixture(autouse=True)
-def straight_keys():
-    """Motion goes on evenly between keyframes."""
-    edit = bpy.context.preferences.edit
-    before, edit.keyframe_new_interpolation_type = edit.keyframe_new_interpolation_type, "LINEAR"
-    yield
-    edit.keyframe_new_interpolation_type = before
 
 
 def blurred(samples: int) -> bpy.types.Scene:
@@ -28,12 +20,13 @@ def blurred(samples: int) -> bpy.types.Scene:
 
 
 def move(obj: bpy.types.Object, way: tuple[float, float, float], turn: float = 0.0) -> None:
-    """So far in each frame."""
+    """So far in each frame, evenly."""
     place, angle = np.array(obj.location), obj.rotation_euler.z
     for frame in (0, 2):
         obj.location, obj.rotation_euler.z = place + (frame - 1) * np.array(way), angle + (frame - 1) * turn
         obj.keyframe_insert("location", frame=frame)
         obj.keyframe_insert("rotation_euler", frame=frame)
+    stage.make_even(obj)
     bpy.context.scene.frame_set(1)
 
 

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#if defined(__x86_64__)
+#ifndef BENT_SINGLE_ISA
 static const char *const NAMES[] = {"v2", "v3", "v4"};
 
 static int detect(void)
@@ -32,6 +32,9 @@ int bent_isa(void)
 }
 const char *bent_isa_name(void) { return NAMES[bent_isa()]; }
 #else
+#define BENT_QUOTE_(name) #name
+#define BENT_QUOTE(name) BENT_QUOTE_(name)
+
 int bent_isa(void) { return 0; }
-const char *bent_isa_name(void) { return "neon"; }
+const char *bent_isa_name(void) { return BENT_QUOTE(BENT_SINGLE_ISA); }
 #endif

@@ -14,7 +14,12 @@
 #define BENT_PASTE(a, b) BENT_PASTE_(a, b)
 #define BENT_KERNEL(name) BENT_PASTE(name, BENT_ISA)
 
-#if defined(__x86_64__)
+/* Where there is no choice: its name. */
+#if !defined(__x86_64__)
+#define BENT_SINGLE_ISA neon
+#endif
+
+#ifndef BENT_SINGLE_ISA
 enum { BENT_ISA_INDEX_V2, BENT_ISA_INDEX_V3, BENT_ISA_INDEX_V4 };
 #define BENT_DECLARE_KERNEL(result, name, arguments) \
   result name##_v2 arguments;                        \
@@ -23,8 +28,8 @@ enum { BENT_ISA_INDEX_V2, BENT_ISA_INDEX_V3, BENT_ISA_INDEX_V4 };
 #define BENT_CALL(name) \
   (*(bent_isa() == BENT_ISA_INDEX_V4 ? name##_v4 : bent_isa() == BENT_ISA_INDEX_V3 ? name##_v3 : name##_v2))
 #else
-#define BENT_DECLARE_KERNEL(result, name, arguments) result name##_neon arguments;
-#define BENT_CALL(name) name##_neon
+#define BENT_DECLARE_KERNEL(result, name, arguments) result BENT_PASTE(name, BENT_SINGLE_ISA) arguments;
+#define BENT_CALL(name) BENT_PASTE(name, BENT_SINGLE_ISA)
 #endif
 
 /* The best instruction set of this processor, or the one named by the environment variable BENTLIGHT_ISA (v2, v3, v4),
