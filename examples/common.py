@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import bpy
+from compositor import new_tree
 from objects import set_world
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -48,15 +49,7 @@ def add_denoiser(scene: bpy.types.Scene) -> None:
     """Routes the picture through the compositor's Denoise node, guided by the albedo and normal passes."""
     layer = scene.view_layers[0]
     layer.bentlight.use_pass_denoising = layer.cycles.denoising_store_passes = True
-    if hasattr(scene, "compositing_node_group"):  # Blender 5
-        tree = scene.compositing_node_group = bpy.data.node_groups.new("Denoise", "CompositorNodeTree")
-        tree.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")
-        output = tree.nodes.new("NodeGroupOutput")
-    else:
-        scene.use_nodes = True
-        tree = scene.node_tree
-        tree.nodes.clear()
-        output = tree.nodes.new("CompositorNodeComposite")
+    tree, output = new_tree(scene, "Denoise")
     layers = tree.nodes.new("CompositorNodeRLayers")
     denoise = tree.nodes.new("CompositorNodeDenoise")
     tree.links.new(layers.outputs["Image"], denoise.inputs["Image"])

@@ -7,17 +7,20 @@
  * The image with its margin is cut into bands of pixel rows, from the bottom; a band is a set of OpenEXR files for each slice
  * of the shutter's time:
  *   <path><slice>_<band>_cells: a number a pixel: -1, or that of its cell in the fine maps, where the image is compressed;
- *   <path><slice>_<band>_place, _direction: parts x parts for each pixel;
- *   <path><slice>_<band>_fine_place, _fine_direction: fine x fine for each cell.
- * The length of a direction is how bright the light that comes that way is to the camera; 0: none comes.
+ *   <path><slice>_<band>_direction, _place: parts x parts for each pixel;
+ *   <path><slice>_<band>_fine_direction, _fine_place: fine x fine for each cell.
+ * The length of a direction is how bright the light that comes that way is to the camera; 0: none comes. Times 2^64: from the
+ * sky. Then the place is not in the maps but far away, along the direction: what nobody reads takes no memory.
  *
  * Accretion disks are no surfaces to Cycles: the core has evaluated them where rays cross them. Only if there are any, each
  * set has as many values of
  *   <path><slice>_<band>_glow, _fine_glow: radiance of the disks on the ray's way, each dimmed by those before it;
- *   <path><slice>_<band>_tint, _fine_tint: the color that they give to the light from behind them, 1 in its brightest channel;
- * or a single one, if all are the same. */
+ *   <path><slice>_<band>_tint, _fine_tint: the color that they give to the light from behind them, 1 in its brightest channel.
+ * But for directions, files of which all values are the same have a single one. */
 #ifndef BENT_OSL_RELAY_MAPS_H
 #define BENT_OSL_RELAY_MAPS_H
+
+#define RELAY_TO_SKY 18446744073709551616.0 /* 2^64 */
 
 struct RelayMaps {
   string path; /* how the files' names begin */
@@ -25,6 +28,7 @@ struct RelayMaps {
   int margin; /* pixels around the image that the maps have too */
   int band; /* pixel rows */
   int parts, fine; /* of a pixel, or of a cell, in each direction */
+  float far; /* where legs to the sky start */
 };
 
 /* Slices take their parts shifted against each other, by less than half a part: together they see more places. As
@@ -61,7 +65,7 @@ RelayPart relay_part(RelayMaps maps, int slice, float across, float up)
   if (cell[0] >= 0) {
     part.path = concat(path, "fine_");
     int size[2];
-    gettextureinfo(concat(part.path, "place.exr"), "resolution", size);
+    gettextureinfo(concat(part.path, "direction.exr"), "resolution", size);
     int cells = size[0] / maps.fine, number = int(cell[0]);
     part.s = (mod(number, cells) + x - floor(x)) * maps.fine / size[0];
     part.t = (number / cells + y - floor(y)) * maps.fine / size[1];
@@ -70,9 +74,16 @@ RelayPart relay_part(RelayMaps maps, int slice, float across, float up)
 }
 
 /* The leg of a part. */
-void relay_leg(RelayPart part, output point place, output vector direction)
+void relay_leg(RelayMaps maps, RelayPart part, output point place, output vector direction)
 {
-  place = point(relay_value(part, "place"));
   direction = vector(relay_value(part, "direction"));
+  float largest = max(max(abs(direction[0]), abs(direction[1])), abs(direction[2]));
+  place = point(0);
+  if (largest > sqrt(RELAY_TO_SKY)) {
+    direction /= RELAY_TO_SKY;
+    place = point(maps.far * normalize(direction));
+  } else if (largest > 0) {
+    place = point(relay_value(part, "place"));
+  }
 }
 #endif

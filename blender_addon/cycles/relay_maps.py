@@ -3,7 +3,8 @@
 Every part of every pixel gets one ray, which the core traces through the scene to the surface that it meets or to
 infinity. What osl/relay_maps.h reads is where that ray's last leg starts (`place`) and its `direction`; and, with
 accretion disks, what it gathers on its way through them (`glow`, `tint`). The files are described there. Memory is
-bounded: bands of pixel rows are traced and written one by one.
+bounded: bands of pixel rows are traced, some rays at a time, and written one by one. Cycles keeps all parts of the maps
+that it has read, so that places are not read where a direction says enough: toward the sky.
 """
 
 from __future__ import annotations
@@ -23,9 +24,10 @@ from .motion import Slice
 
 ESCAPED, HIT = FATES.index("escaped"), FATES.index("hit")
 _MARGIN = 4  # pixels around the image: a pixel filter reaches beyond it
-_BAND_RAYS = 1 << 18  # at most, of one thread at a time; a ray takes about 300 bytes
+_BAND_RAYS = 1 << 18  # at most, of one thread at a time; what is kept of a ray takes about 70 bytes
+_AT_ONCE = 1 << 15  # rays, traced at a time by each thread; one takes about 400 bytes
 _FINER = 5  # times as many parts in each direction where the image is compressed
-_FINE_PIXELS = 1 << 9  # traced at a time
+_FINE_PIXELS = 1 << 6  # traced at a time
 _COLUMNS = 64  # cells in a row of the fine maps
 # Bending spreads the rays of a pixel by so many radians: a compressed image. Where the engine takes a second sample.
 _COMPRESSION = 0.1
@@ -33,6 +35,7 @@ _COMPRESSION = 0.1
 # has 6e-8 of it): Cycles must neither miss the surface nor meet another one first.
 _LEG_OF_LENGTH, _LEG_OF_COORDINATES = 1e-4, 4e-6
 _FAR = 1e4  # sizes of the scene, at which a leg to infinity starts
+_TO_SKY = 2.0**64  # its direction's length, times this: without rounding (osl/relay_maps.h)
 _SHIFTS = np.array([0.7548777, 0.5698403])  # of the parts of slices, from one to the next (osl/relay_maps.h)
 _MOMENTS = np.array([math.sqrt(2), math.sqrt(3)])  # of parts in a slice: independent of all other lattices
 # Of parts on the lens: the additive recurrence in two dimensions with the least discrepancy (Roberts 2018), powers of
@@ -106,6 +109,7 @@ def bake(
             "Fine": settings.parts * _FINER,
             "Slices": part.count if part else 0,
             "Disks": int(tracer.sees_disks),
+            "Far": _FAR * camera.clip_end,
             "PixelAngle": angle,
             "PixelSize": size,
         }
@@ -139,8 +143,9 @@ def _pixel(camera: CameraData) -> tuple[float, float]:
 
 @dataclass
 class _Legs:
-    """Last legs: (n, 3) each, float32. The length of a direction is how bright light from there is; 0: none comes. If
-    there are disks, float16: their light, and the color that they give to what comes from behind them."""
+    """Last legs: (n, 3) each, float32. The length of a direction is how bright light from there is, _TO_SKY times that
+    if it leads to the sky; 0: none comes. Places are zero but before surfaces. If there are disks, float16: their
+    light, and the color that they give to what comes from behind them."""
 
     place: np.ndarray
     direction: np.ndarray
@@ -148,14 +153,14 @@ class _Legs:
     tint: np.ndarray | None = None
 
     def write(self, stem: str, shape: tuple[int, int]) -> list[Path]:
-        """Images of which all pixels are the same have just one."""
+        """Images of which all pixels are the same have just one, but for directions, which tell the size."""
         files = []
         for name, values in vars(self).items():
             if values is None:
                 continue
             files.append(Path(f"{stem}{name}.exr"))
             image = values.reshape(*shape, 3)
-            if values.dtype == np.float16 and (values == values[0]).all():
+            if name != "direction" and (values == values[0]).all():
                 image = image[:1, :1]
             write_exr(files[-1], {channel: image[..., i] for i, channel in enumerate("RGB")}, {})
         return files
@@ -163,8 +168,8 @@ class _Legs:
 
 @dataclass
 class _Traced:
-    """What became of n rays: the directions, world, in which they start and end; how they end; and the surfaces of
-    disks that they have met."""
+    """What became of n rays: the directions, world, float32, in which they start and end; how they end; and the
+    surfaces of disks that they have met."""
 
     legs: _Legs
     start: np.ndarray
@@ -202,6 +207,9 @@ class _Tracer:
 
     def trace(self, points: np.ndarray, parts: int) -> _Traced:
         """Rays through `points` (n, 2)."""
+        return _joined([self._trace(points[i : i + _AT_ONCE], parts) for i in range(0, len(points), _AT_ONCE)])
+
+    def _trace(self, points: np.ndarray, parts: int) -> _Traced:
         number = np.floor(points * parts).astype(np.int64) + self.number * _APART
         # Neighboring parts see through places on the lens that complement each other: no random numbers.
         lens = np.mod(number @ _LENS + 0.5, 1.0)
@@ -249,13 +257,26 @@ class _Tracer:
         before = _LEG_OF_LENGTH * hits["length"] + _LEG_OF_COORDINATES * np.abs(end).max(axis=1)
         if self._early is not None and len(self._early):
             before = np.minimum(before + self._early[np.where(hit, hits["instance"], 0)], hits["length"])
-        end = np.where(hit[:, None], end - before[:, None] * direction, _FAR * direction * self.camera.clip_end)
-        seen = ((hit | escaped) & ~hidden)[:, None]
-        place = np.where(seen, end @ self._axes[:3, :3].T + self._axes[:3, 3], 0.0)
-        toward = np.where(seen, direction @ self._axes[:3, :3].T, 0.0)
+        end = end - before[:, None] * direction
+        seen = (hit | escaped) & ~hidden
+        place = np.where((seen & hit)[:, None], end @ self._axes[:3, :3].T + self._axes[:3, 3], 0.0)
+        toward = np.where(seen[:, None], direction @ self._axes[:3, :3].T, 0.0)
+        toward[seen & escaped] *= _TO_SKY
         legs = _Legs(place.astype(np.float32), toward.astype(np.float32))
-        ends = np.where(hidden, _HIDDEN, np.where(seen[:, 0], _SEEN, _LOST))
-        return _Traced(legs, start, direction, ends, np.zeros(len(ends), np.uint32))
+        ends = np.where(hidden, _HIDDEN, np.where(seen, _SEEN, _LOST)).astype(np.uint8)
+        layers = np.zeros(len(ends), np.uint32)
+        return _Traced(legs, start.astype(np.float32), direction.astype(np.float32), ends, layers)
+
+
+def _joined(pieces: list[_Traced]) -> _Traced:
+    """One after the other."""
+
+    def join(name: str, of: list[_Traced] | list[_Legs]) -> np.ndarray | None:
+        return None if getattr(of[0], name) is None else np.concatenate([getattr(one, name) for one in of])
+
+    legs = [piece.legs for piece in pieces]
+    rest = {name: join(name, pieces) for name in ("start", "end", "fate", "layers")}
+    return _Traced(_Legs(**{name: join(name, legs) for name in vars(legs[0])}), **rest)
 
 
 def _add_disks(legs: _Legs, hits: dict[str, np.ndarray], exists: np.ndarray) -> None:

@@ -1,6 +1,8 @@
 """What the relay camera costs: rays a second, and how much memory its maps take, in a process of their own."""
 
+import argparse
 import json
+import math
 import subprocess
 import sys
 import tempfile
@@ -10,6 +12,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 RESOLUTION = (960, 540)
 FULL_HD = 1920 * 1080 / (RESOLUTION[0] * RESOLUTION[1])
+SCENES = ("monkey", "disk")
 
 
 @dataclass(frozen=True)
@@ -23,36 +26,59 @@ class RelayCost:
     baked: float
     rendered: float
 
-    def in_full_hd(self, memory: float) -> float:
-        """Memory in a picture of 1920 x 1080, if all that grew did so with the pixels: more than there is measured."""
-        return self.before + FULL_HD * (memory - self.before)
+    @property
+    def in_full_hd(self) -> float:
+        """The most memory that a picture of 1920 x 1080 takes, if the maps, which Cycles keeps, grow with the pixels:
+        more than is measured (docs/limits.md), as compressed places, around which maps are finer, grow less."""
+        return self.rendered + (FULL_HD - 1) * self.maps
 
 
-def measure(motion_blur: bool = False) -> RelayCost:
-    """The scene of examples/cycles_relay.py, 4 x 4 parts a pixel, rendered by Cycles with one sample; still, or while
-    its monkey moves."""
-    arguments = [sys.executable, __file__, *(["--motion-blur"] if motion_blur else [])]
+def measure(scene: str = "monkey", motion_blur: bool = False) -> RelayCost:
+    """A scene with 4 x 4 parts a pixel, rendered by Cycles with one sample; still, or while something in it moves.
+    monkey: examples/cycles_relay.py; disk: examples/gargantua.py, seen from so near that its disk fills the picture."""
+    arguments = [sys.executable, __file__, scene, *(["--motion-blur"] if motion_blur else [])]
     done = subprocess.run(arguments, capture_output=True, text=True, check=True, cwd=ROOT)
     return RelayCost(**json.loads(done.stdout.splitlines()[-1]))
 
 
-def _work(motion_blur: bool) -> RelayCost:
+def _build(name: str):
+    """The scene for Cycles, and what moves in it."""
+    import bpy
+
+    if name == "monkey":
+        import cycles_relay
+
+        return cycles_relay.build(), bpy.data.objects["Suzanne"]
+    import gargantua
+
+    scene, camera = gargantua.build(), bpy.context.scene.camera
+    inclination = math.radians(70)
+    camera.location = (0, -20 * math.sin(inclination), 20 * math.cos(inclination))
+    camera.rotation_euler = (inclination, 0, 0)
+    camera.data.angle = math.radians(80)
+    planet = bpy.data.objects["Planet"]
+    planet.location = (4, -6, 3)
+    scene.render.engine = "CYCLES"
+    bpy.ops.bentlight.cycles_setup()
+    bpy.ops.bentlight.relay_setup(bake=False)
+    return scene, planet
+
+
+def _work(name: str, motion_blur: bool, resolution: tuple[int, int]) -> RelayCost:
     sys.path[:0] = [str(ROOT), str(ROOT / "examples")]
     import bpy
-    import cycles_relay
 
+    scene, moved = _build(name)
     from blender_addon import memory
     from blender_addon.cycles import relay, render_state
 
-    scene = cycles_relay.build()
-    scene.render.resolution_x, scene.render.resolution_y = RESOLUTION
+    scene.render.resolution_x, scene.render.resolution_y = resolution
     scene.cycles.samples = 1
     if motion_blur:
         scene.render.use_motion_blur = True
-        monkey = bpy.data.objects["Suzanne"]
         for frame in range(3):
-            monkey.location.x += 0.3
-            monkey.keyframe_insert("location", frame=frame)
+            moved.location.x += 0.3
+            moved.keyframe_insert("location", frame=frame)
         scene.frame_set(1)
     before, _ = memory.used_and_peak()
     with render_state.as_rendered(bpy.context.view_layer) as depsgraph:
@@ -69,4 +95,9 @@ def _work(motion_blur: bool) -> RelayCost:
 
 
 if __name__ == "__main__":
-    sys.stdout.write(f"\n{json.dumps(asdict(_work('--motion-blur' in sys.argv)))}\n")
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("scene", choices=SCENES)
+    parser.add_argument("--motion-blur", action="store_true")
+    parser.add_argument("--resolution", type=int, nargs=2, default=RESOLUTION)
+    args = parser.parse_args()
+    sys.stdout.write(f"\n{json.dumps(asdict(_work(args.scene, args.motion_blur, args.resolution)))}\n")

@@ -6,6 +6,7 @@ import pytest
 
 from blender_addon.passes import PASSES
 from blender_addon.sync.cryptomatte import murmur_hash, name_as_float
+from examples.compositor import new_tree
 from tests.engine import pass_scene, stage
 from tests.engine.cycles_pictures import NARROW
 from tests.engine.stage import blender  # noqa: F401 (a fixture)
@@ -184,15 +185,7 @@ def test_blenders_cryptomatte_node_finds_objects(scene, tmp_path):
 
 def matte_of(scene, name: str, tmp_path) -> np.ndarray:
     """What the compositor's node makes of a render."""
-    if hasattr(scene, "compositing_node_group"):
-        tree = scene.compositing_node_group = bpy.data.node_groups.new("matte", "CompositorNodeTree")
-        tree.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")
-        output = tree.nodes.new("NodeGroupOutput")
-    else:
-        scene.use_nodes = True
-        tree = scene.node_tree
-        tree.nodes.clear()
-        output = tree.nodes.new("CompositorNodeComposite")
+    tree, output = new_tree(scene, "Matte")
     node = tree.nodes.new("CompositorNodeCryptomatteV2")
     node.source, node.scene = "RENDER", scene
     node.layer_name, node.matte_id = "ViewLayer.CryptoObject", name

@@ -6,6 +6,7 @@ import pytest
 
 import blender_addon
 from blender_addon.passes import PASSES
+from examples.compositor import new_tree
 from tests.engine import stage
 
 SKY, GLOW = (0.1, 0.8, 0.2), (3.0, 0.5, 0.25)
@@ -87,12 +88,7 @@ def test_the_compositor_knows_the_passes():
     layer = scene.view_layers[0]
     enable_all(layer)
     layer.update_render_passes()
-    if hasattr(scene, "compositing_node_group"):
-        tree = bpy.data.node_groups.new("compositing", "CompositorNodeTree")
-        scene.compositing_node_group = tree
-    else:
-        scene.use_nodes = True
-        tree = scene.node_tree
+    tree, _ = new_tree(scene, "Passes")
     node = tree.nodes.new("CompositorNodeRLayers")
     names = {socket.name for socket in node.outputs if socket.enabled}
     assert {item.name for item in PASSES} - {"Combined"} <= names

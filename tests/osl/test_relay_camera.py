@@ -1,5 +1,6 @@
 """The relay camera: Cycles sees along Bentlight's curved rays, and along its own where space is flat."""
 
+import bentlight_native
 import bpy
 import numpy as np
 import pytest
@@ -97,6 +98,32 @@ def test_it_sees_what_the_engine_sees(hole, gravitational, tmp_path):
     # Filters of a hundredth of a pixel still blur edges and the rings around the shadow.
     assert np.mean(distance > 2e-3) < 0.02
     assert (theirs.max(axis=-1) == 0).any() == (hole is not None)  # the shadow
+
+
+def test_memory_is_taken_by_what_is_seen(monkeypatch):
+    """Places are in the maps before surfaces only; however many rays a band has, a thread traces some at a time."""
+    shining_room()
+    bpy.ops.bentlight.black_hole_add(mass=0.1, location=(0, 0, 0))
+    scene = cycles()
+    scene.bentlight.relay_parts = 6
+    counts, trace = [], bentlight_native.Scene.intersect
+
+    def counted(self, origins, *args, **kwargs):
+        counts.append(len(origins))
+        return trace(self, origins, *args, **kwargs)
+
+    monkeypatch.setattr(bentlight_native.Scene, "intersect", counted)
+    bpy.ops.bentlight.relay_setup()
+
+    def size(name: str) -> int:
+        return max(file.stat().st_size for file in relay._baked[scene.camera.name][1].files if name in file.name)
+
+    assert max(counts) == 1 << 15
+    assert size("_place") == size("_direction") > 1 << 19
+    for name in COLORS:
+        bpy.data.objects.remove(bpy.data.objects[name])
+    relay.update(scene, bpy.context.evaluated_depsgraph_get())
+    assert size("_place") < 2000 and size("_direction") > 1 << 19
 
 
 def test_depth_of_field_is_that_of_cycles(tmp_path):
