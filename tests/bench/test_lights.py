@@ -48,6 +48,40 @@ def test_the_interval_holds_the_gain():
     assert low < 9 and high > 1000
 
 
+def test_close_ups_are_believed():
+    """Where a part has pictures of its own, its pixels of the whole picture do not count: the error is the true one,
+    and the interval is as narrow as they make it, whatever luck the whole pictures have had there.
+    """
+    random = np.random.default_rng(5)
+    part = bench_lights.Part(2, 4, 1, 4)
+    deviation = np.ones((8, 8, 1))
+    deviation[1:4, 2:4] = 30
+
+    def way(seconds):
+        pictures = random.normal(0, np.ones_like(deviation), (8, 8, 8, 3))
+        pictures[0, 1:4, 2:4] = 1e4
+        close_ups = {part: random.normal(0, 30, (256, 3, 2, 3))}
+        return bench_lights.Efficiency("", "", 1, seconds, pictures, close_ups)
+
+    first, other = way(2.0), way(1.0)
+    assert first.error2 == pytest.approx((deviation**2).mean(), rel=0.1)
+    low, high = bench_lights.gain_interval(first, other)
+    assert 1.7 < low < 2 < high < 2.3
+
+
+def test_a_part_is_rendered_where_it_is(monkeypatch, tmp_path):
+    """The same pixels, whether the rest of the picture is rendered too or not."""
+    monkeypatch.setattr(bench_lights, "CLOSE_SEEDS", 2)
+    monkeypatch.setattr(bench_lights, "RESOLUTION", (48, 27))
+    part = bench_lights.Part(31, 34, 18, 21)
+    scene = bench_lights.flat(bench_lights.small_lamp)
+    (made,) = bench_lights.measure(scene, "", {"BOTH": 2}, 2, (part,))
+    scene.render.use_border = False
+    whole, _ = bench_lights.take_turns(scene, {"BOTH": 2}, range(2, 3), tmp_path / "whole.exr")
+    close = made.close_ups[part][0]
+    np.testing.assert_array_equal(close, whole["BOTH"][0][part.top : part.bottom, part.left : part.right])
+
+
 def test_caustics_from_both_ends(monkeypatch):
     """In the example the mean squared error is 4 times lower in the same time, without the worst pixels too."""
     monkeypatch.setattr(bench_lights, "RESOLUTION", (64, 36))

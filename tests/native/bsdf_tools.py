@@ -190,3 +190,17 @@ def chi_square_z(observed, expected):
     statistic = ((observed - expected) ** 2 / expected).sum()
     spread = 2 / (9 * degrees)
     return ((statistic / degrees) ** (1 / 3) - (1 - spread)) / np.sqrt(spread)
+
+
+def draw_evenly(closure, count=20_000, **where):
+    """Draws from a smooth closure with even numbers, which tell the chance of each way to 1 / count."""
+    u = np.zeros((count, 3))
+    u[:, 2] = (np.arange(count) + 0.5) / count
+    return SCENE.draw_bsdf(material(closure), u, **where)
+
+
+def brought(drawn, lobe):
+    """What one way of a smooth closure brings of the light: its weight, always the same, times its chance."""
+    kind = drawn.lobe == lobe
+    assert not kind.any() or np.ptp(drawn.weight[kind]) < 1e-12
+    return (drawn.weight[:, 0] * kind).mean()

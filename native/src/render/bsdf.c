@@ -193,8 +193,24 @@ bsdf_parts bsdf_evaluate_parts(const closure_set *set, const shade_point *point,
   return sum;
 }
 
-/* Mirror, smooth glass or transparent: the weight without the lobe's share, which divides by the chance `*chance` of this
- * one of its two directions. */
+/* Of the two ways of smooth glass, one that takes less than this part of the light is drawn more often than that. */
+static const double FAINT_PART = 0.1;
+static const double FAINT_FAVOR = 2.5;
+
+/* The chance with which smooth glass that reflects r and refracts t is drawn to reflect.
+ *
+ * A way of part R that is drawn with chance p brings R^2 / p times the second moment of what is seen by it. With p = R few
+ * samples bring the whole light of a lamp that glass mirrors faintly: no connection finds it, and it may be most of a
+ * picture's noise. Favored, it is up to 2.5 times less. Where both ways see equally bright things the noise grows, by 4 %
+ * at most: R / 2.5 + (1 - R)^2 / (1 - 2.5 R) at R = 0.04. */
+static double reflection_chance(double r, double t)
+{
+  const double part = r / (r + t), faint = min2(part, 1 - part);
+  const double favored = max2(faint, min2(FAINT_FAVOR * faint, FAINT_PART));
+  return part < 0.5 ? favored : 1 - favored;
+}
+
+/* Mirror, smooth glass or transparent: the weight without the lobe's share. */
 static int draw_delta(const closure *c, const shade_point *point, double u, bsdf_sample *out)
 {
   out->pdf = 0;
@@ -209,10 +225,11 @@ static int draw_delta(const closure *c, const shade_point *point, double u, bsdf
   vec3 reflected, transmitted;
   double cos_t;
   fresnel_colors(c, cos_i, &reflected, &transmitted, &cos_t);
-  const double r = v3_average(reflected), t = v3_average(transmitted), pick = u * (r + t);
+  const double r = v3_average(reflected), t = v3_average(transmitted);
   if (r + t <= 0) return 0;
-  const int through = pick >= r && t > 0;
-  const double chance = (through ? t : r) / (r + t);
+  const double reflects = reflection_chance(r, t);
+  const int through = u >= reflects && t > 0;
+  const double chance = through ? 1 - reflects : reflects;
   out->wi = v3_normalize(through ? refract(point->wo, c->normal, cos_i, cos_t, c->ior) : reflect(point->wo, c->normal));
   out->lobe = through ? LOBE_TRANSMISSION : LOBE_GLOSSY;
   out->weight = v3_mul(c->weight, v3_scale(through ? transmitted : reflected, 1 / chance));
@@ -351,7 +368,8 @@ bsdf_sharp bsdf_evaluate_sharp(const closure_set *set, const shade_point *point,
     const vec3 drawn = out.through ? refract(point->wo, c->normal, cos_i, cos_t, c->ior) : reflect(point->wo, c->normal);
     if (v3_length(v3_sub(v3_normalize(drawn), wi)) > SHARP_APART) continue;
     const vec3 value = v3_mul(c->weight, out.through ? transmitted : reflected);
-    out.chance += c->share * part / (r + t);
+    const double reflects = reflection_chance(r, t);
+    out.chance += c->share * (out.through ? 1 - reflects : reflects);
     out.value = v3_add(out.value, value);
     const double widened = out.through ? squared(c->ior) * fabs(v3_dot(c->normal, wi)) / cos_i : 1;
     out.flux = v3_mad(value, widened, out.flux);

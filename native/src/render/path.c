@@ -301,7 +301,8 @@ static int scatter(const tracer *t, batch *b, path *p, const room *room, bent_ra
   p->beta = v3_mul(p->beta, drawn.weight);
   if (t->asks_scattering) p->beta = v3_mul(p->beta, bsdf_kind_weight(set, point, &drawn));
   if (!v3_is_finite(p->beta) || !(v3_max(p->beta) > 0)) return 0;
-  if (!p->featured) p->feature_beta = v3_mul(p->feature_beta, v3_saturate(drawn.weight));
+  if (!p->featured) /* of mirrors and glass the weight times the chance of the way is the albedo, which is at most 1 */
+    p->feature_beta = v3_mul(p->feature_beta, drawn.pdf > 0 ? v3_saturate(drawn.weight) : drawn.weight);
   if (drawn.lobe == LOBE_TRANSPARENT) {
     pass_through(t, p, ray, hit);
     return p->ray.transparent++ < t->settings->transparent_bounces;
