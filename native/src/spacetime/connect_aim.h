@@ -31,7 +31,7 @@ enum { AIM_TRIALS_MAX = 30 };
 #define AIM_TURN_FINEST_ROOT 0.03
 /* Truncation error of a step of the first trial, of later ones in units of their expected miss, and of the final one in
  * units of the tolerance; of derivatives that only aim first, relative. */
-#define AIM_TRUNCATION_FIRST 1e-3
+#define AIM_TRUNCATION_FIRST 1e-2
 #define AIM_TRUNCATION_NEXT 0.1
 #define AIM_TRUNCATION 5e-3
 #define AIM_TURN_TRUNCATION 0.1
