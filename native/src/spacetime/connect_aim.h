@@ -385,17 +385,18 @@ LANES_INLINE void aim_accept(aim_task *t, const aim_shot *shot, lanes_mask accep
   t->fresh = (lanes)((lanes_mask)t->fresh & ~accept);
 }
 
-/* Newton's step brings a miss to about its square, if the next trial and these derivatives are that good: truncation errors
- * follow, and are the final ones as soon as that trial may be the last. `trials`: of these lanes; `turns`: derivatives. */
-LANES_INLINE void aim_refine(aim_task *t, const aim_shot *shot, lanes_mask turns, lanes_mask trials, double tolerance)
+/* How well the next trial is traced, where this one was accepted; forward: lanes that launch it from a. Newton's step brings
+ * a miss to about its square: truncation errors follow that, and are the final ones as soon as the next trial may be the
+ * last. */
+LANES_INLINE void aim_refine(aim_task *t, const aim_shot *shot, lanes_mask accept, lanes_mask forward, double tolerance)
 {
   const lanes expected = shot->missed * shot->missed, finest = aim_finest(t, shot, tolerance);
   const lanes turn_finest = aim_turn_finest(tolerance), next = AIM_TRUNCATION_NEXT * expected * t->calm * shot->narrow;
-  const lanes_mask last = trials & (expected <= tolerance);
+  const lanes_mask last = forward & (expected <= tolerance);
   const lanes wanted = lanes_select(last, finest, lanes_max(next, finest));
   const lanes turn_wanted = lanes_select(last, turn_finest, lanes_max(expected, turn_finest));
-  t->truncation = lanes_select(trials, lanes_min(wanted, t->truncation), t->truncation);
-  t->turn_truncation = lanes_select(turns, lanes_min(turn_wanted, t->turn_truncation), t->turn_truncation);
+  t->truncation = lanes_select(accept & forward, lanes_min(wanted, t->truncation), t->truncation);
+  t->turn_truncation = lanes_select(accept, lanes_min(turn_wanted, t->turn_truncation), t->turn_truncation);
 }
 
 /* Judges a trial of the lanes in `busy` that is over, and chooses the next. A ray on the axis that comes to the axis may be
@@ -423,7 +424,7 @@ LANES_INLINE aim_result aim_judge(aim_task *t, const aim_flight *flight, double 
   aim_accept(t, shot, accept, known, step, length);
   for (int i = 0; i < 3; i++) moved[i] = t->damping * t->step[i];
   t->trial = aim_moved(&t->base, moved);
-  aim_refine(t, shot, accept, accept & (turns | ~exchanged), tolerance);
+  aim_refine(t, shot, accept, turns | ~exchanged, tolerance);
   t->trials += 1;
   if (lanes_any(turns)) aim_turn_round(t, shot, moved, turns);
   result.lost = busy & ~turns & ~result.found &
