@@ -9,10 +9,10 @@
  * Flat space has its one straight ray. A Kerr hole with spin has the same images, in the same order, as long as phi is
  * the angle between a and b in axes that the hole drags along as the ray goes: each image has its own. Where without
  * spin the line through the center is a caustic, with spin it is a narrow tube of astroid cross section, moved aside by
- * the dragging; within it two more images exist, which are not listed. Near the horizon of a fast hole not every image
- * is found. Those of random pairs that are (first / second), radii even in the logarithm: a = 0.9 M, 3 to 100 horizons:
- * 99.99 % / 99.96 %; 1.001 to 1000 horizons: 99.9 % / 99.9 %; a = 0.999 M: 99.99 % / 99.94 % and 99.2 % / 98.7 %. The
- * others are FAILED.
+ * the dragging; within it two more images exist, and which are listed is left open. Near the horizon of a fast hole not
+ * every image is found. Those of random pairs that are (first / second), radii even in the logarithm: a = 0.9 M, 3 to
+ * 100 horizons: 99.99 % / 99.98 %; 1.001 to 1000 horizons: 99.9 % / 99.9 %; a = 0.999 M: 99.99 % / 99.95 % and 99.2 % /
+ * 98.9 %. The others are FAILED.
  * Unlike those of the other spacetimes, Kerr rays that join b with a are not those that join a with b: against time the
  * hole spins the other way. Rays are traced against time, from a: the light goes from b to a, as in trace.h.
  */
@@ -81,8 +81,8 @@ typedef struct bent_connections {
  * integrates the orbit by Taylor series, and its derivative by the slope, which is the deviation in the plane.
  * Kerr: Newton's method for launch direction and Mino time, from the orbit without spin between corresponding places;
  * the trials integrate the ray and its deviations by Taylor series. An image counts as found when the final trial, at
- * full precision, comes to b: `error` is its miss and what truncation and rounding may add. About 8 times the time of
- * an image pair without spin (tolerance 1e-6: 9), 10 times near the horizon (11). */
+ * full precision, comes to b: `error` is its miss and what truncation and rounding may add. About 7 times the time of
+ * an image pair without spin, 8 times near the horizon (tolerance 1e-6: 9). */
 bent_status bent_connect(const bent_spacetime *spacetime, size_t n, const double (*points_a)[3],
                          const double (*points_b)[3], size_t max_images, double min_share, double tolerance,
                          const bent_connections *out, bent_connection_count *count, bent_progress *progress,

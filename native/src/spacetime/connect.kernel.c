@@ -21,7 +21,7 @@ LANES_INLINE image image_of(const bent_spacetime *s, const pair_plane *pair, con
   const lanes turn = lanes_all(order & 1 ? -1 : 1);
   const lanes swept = 2 * M_PI * ((order + 1) / 2) + turn * pair->angle;
   const search_precision precision = {request->tolerance, ORBIT_ORDER, ORBIT_TRUNCATION};
-  const orbit_root root = search_root(ellis, a, b, swept, precision, wanted);
+  const orbit_root root = search_root(ellis, a, b, swept, search_guess(ellis, a, b, swept), precision, wanted);
   image image = {.swept = swept, .error = root.error};
   direction_of(ellis, a, pair->toward_a, turn, swept, root.size, root.rate, image.launch);
   direction_of(ellis, b, pair->toward_b, turn, swept, root.size, root.arrival_rate, image.arrival);

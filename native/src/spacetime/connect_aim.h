@@ -22,19 +22,19 @@ enum { AIM_TRIALS_MAX = 30 };
 /* Longest steps: radians, and relative in Mino time. */
 #define AIM_TURN_MAX 0.5
 #define AIM_STRETCH_MAX 0.6
-/* A miss from which on Newton's steps need no proof, and exchanged ends turn round. */
+/* A miss from which on Newton's steps need no proof; one at which exchanged ends turn round. */
 #define AIM_NEAR 1e-5
+#define AIM_TURN_ROUND 1e-2
 /* Truncation error of derivatives that become a spread, relative: the first in units of the tolerance, and at most the
- * second in units of its square root. They are taken for that from trials on that probably miss, squared, by less than so
- * many times this error. */
+ * second in units of its square root. */
 #define AIM_TURN_FINEST 30
 #define AIM_TURN_FINEST_ROOT 0.03
-#define AIM_LAST 100
-/* Truncation error of a step of the first trial, and of the final one in units of the tolerance; of derivatives that only
- * aim, relative. */
-#define AIM_TRUNCATION_FIRST 1e-4
+/* Truncation error of a step of the first trial, of later ones in units of their expected miss, and of the final one in
+ * units of the tolerance; of derivatives that only aim first, relative. */
+#define AIM_TRUNCATION_FIRST 1e-2
+#define AIM_TRUNCATION_NEXT 0.1
 #define AIM_TRUNCATION 5e-3
-#define AIM_TURN_TRUNCATION 1e-2
+#define AIM_TURN_TRUNCATION 0.1
 
 /* What a ray is aimed by. */
 typedef struct aim_setting {
@@ -310,22 +310,37 @@ LANES_INLINE void aim_exchange(aim_task *t, lanes_mask which)
   t->exchanged = (lanes)((lanes_mask)t->exchanged ^ which);
 }
 
-/* Exchanged ends take their own places again: the ray is launched from where it has arrived. */
-LANES_INLINE void aim_turn_round(aim_task *t, const aim_shot *shot, lanes_mask which)
+/* Moves the end of a ray as a step of its launch does, to first order: what aim_arrival asks of it. time: its Mino time. */
+LANES_INLINE void aim_follow(const flow_hole *hole, const lanes step[3], lanes time, flow_ray *ray)
+{
+  lanes rates[5]; /* by Mino time: of v, m, drag */
+  flow_rates(hole, ray, rates);
+  const lanes later = step[2] * time;
+  flow_number *const moving[7] = {&ray->v, &ray->m[0], &ray->m[1], &ray->m[2], &ray->drag, &ray->energy, &ray->momentum};
+  for (int i = 0; i < 7; i++) {
+    moving[i]->value += step[0] * moving[i]->by[0] + step[1] * moving[i]->by[1];
+    if (i < 5) moving[i]->value += later * rates[i];
+  }
+}
+
+/* Exchanged ends take their own places again: the ray is launched from where it arrives, its last step taken. To first
+ * order that needs no trial. */
+LANES_INLINE void aim_turn_round(aim_task *t, const aim_shot *shot, const lanes step[3], lanes_mask which)
 {
   lanes d[3];
   const flow_hole hole = flow_hole_of(t->spin);
-  const lanes energy = aim_arrival(&hole, &t->b, &shot->ray, d);
+  flow_ray ray = shot->ray;
+  aim_follow(&hole, step, t->base.time, &ray);
+  const lanes energy = aim_arrival(&hole, &t->b, &ray, d);
   const lanes_mask sky = (lanes_mask)t->was_sky & which;
-  const lanes beyond = lanes_select(sky, t->a.w / shot->ray.energy.value, lanes_all(0));
+  const lanes beyond = lanes_select(sky, t->a.w / ray.energy.value, lanes_all(0));
   for (int k = 0; k < 3; k++) t->trial.d[k] = lanes_select(which, -d[k], t->trial.d[k]);
-  t->trial.time = lanes_select(which, (t->base.time + beyond) * energy, t->trial.time);
+  t->trial.time = lanes_select(which, (t->base.time * (1 + step[2]) + beyond) * energy, t->trial.time);
   aim_exchange(t, which);
   t->b.w = lanes_select(sky, lanes_all(0), t->b.w);
   t->sky = (lanes)((lanes_mask)t->sky | sky);
   t->lands = lanes_select(which, lanes_all(0), t->lands);
   t->fresh = (lanes)((lanes_mask)t->fresh | which);
-  t->truncation = lanes_select(which, 1e-3 * t->truncation, t->truncation);
 }
 
 /* Estimated miss that truncation and rounding leave, see search_floor. */
@@ -370,6 +385,20 @@ LANES_INLINE void aim_accept(aim_task *t, const aim_shot *shot, lanes_mask accep
   t->fresh = (lanes)((lanes_mask)t->fresh & ~accept);
 }
 
+/* How well the next trial is traced, where this one was accepted; forward: lanes that launch it from a. Newton's step brings
+ * a miss to about its square: truncation errors follow that, and are the final ones as soon as the next trial may be the
+ * last. */
+LANES_INLINE void aim_refine(aim_task *t, const aim_shot *shot, lanes_mask accept, lanes_mask forward, double tolerance)
+{
+  const lanes expected = shot->missed * shot->missed, finest = aim_finest(t, shot, tolerance);
+  const lanes turn_finest = aim_turn_finest(tolerance), next = AIM_TRUNCATION_NEXT * expected * t->calm * shot->narrow;
+  const lanes_mask last = forward & (expected <= tolerance);
+  const lanes wanted = lanes_select(last, finest, lanes_max(next, finest));
+  const lanes turn_wanted = lanes_select(last, turn_finest, lanes_max(expected, turn_finest));
+  t->truncation = lanes_select(accept & forward, lanes_min(wanted, t->truncation), t->truncation);
+  t->turn_truncation = lanes_select(accept, lanes_min(turn_wanted, t->turn_truncation), t->turn_truncation);
+}
+
 /* Judges a trial of the lanes in `busy` that is over, and chooses the next. A ray on the axis that comes to the axis may be
  * turned about it: it has no step in that direction, and needs none. */
 LANES_INLINE aim_result aim_judge(aim_task *t, const aim_flight *flight, double tolerance, lanes_mask busy, aim_shot *shot)
@@ -382,26 +411,22 @@ LANES_INLINE aim_result aim_judge(aim_task *t, const aim_flight *flight, double 
   aim_invert(t->jacobian, t->base.time, at_base);
   const lanes length = aim_step(inverse, shot->error, step), shorter = aim_step(at_base, shot->error, moved);
   const lanes_mask fresh = (lanes_mask)t->fresh, exchanged = (lanes_mask)t->exchanged;
-  const lanes floor = aim_floor(t, shot), finest = aim_finest(t, shot, tolerance), missed = shot->missed;
-  const lanes turn_finest = aim_turn_finest(tolerance), truncation = t->truncation, turn_truncation = t->turn_truncation;
+  const lanes floor = aim_floor(t, shot), missed = shot->missed;
+  const lanes_mask fine = (t->truncation <= 1.1 * aim_finest(t, shot, tolerance)) &
+                          (t->turn_truncation <= aim_turn_finest(tolerance));
   const lanes_mask better = fresh | (shorter <= (1 - 0.25 * t->damping) * t->length) | (missed <= AIM_NEAR);
   const lanes_mask known = lanes_is_finite(length), hit = (missed <= AIM_HIT * tolerance) | (missed <= floor);
   const lanes_mask accept = busy & shot->whole & better & (known | hit);
   aim_result result = {.error = floor + missed, .aimed = t->trial};
-  result.found = accept & hit & (t->truncation <= 1.1 * finest) & (t->turn_truncation <= turn_finest) & ~exchanged &
-                 ~shot->beyond;
-  const lanes_mask turns = accept & exchanged & (missed < AIM_NEAR);
+  result.found = accept & hit & fine & ~exchanged & ~shot->beyond;
+  const lanes_mask turns = accept & exchanged & (missed < AIM_TURN_ROUND);
 
   aim_accept(t, shot, accept, known, step, length);
   for (int i = 0; i < 3; i++) moved[i] = t->damping * t->step[i];
   t->trial = aim_moved(&t->base, moved);
-  const lanes wanted = lanes_max(1e-1 * missed * missed * t->calm * shot->narrow, finest);
-  t->truncation = lanes_select(accept & (missed < 0.1) & ~exchanged, lanes_min(wanted, truncation), truncation);
-  const lanes_mask last = accept & (missed * missed <= AIM_LAST * turn_finest);
-  t->turn_truncation = lanes_select(last, lanes_min(turn_truncation, turn_finest), turn_truncation);
-
+  aim_refine(t, shot, accept, turns | ~exchanged, tolerance);
   t->trials += 1;
-  if (lanes_any(turns)) aim_turn_round(t, shot, turns);
+  if (lanes_any(turns)) aim_turn_round(t, shot, moved, turns);
   result.lost = busy & ~turns & ~result.found &
                 ((fresh & ~accept) | (t->damping < AIM_DAMPING_MIN) | (t->trials >= AIM_TRIALS_MAX));
   return result;

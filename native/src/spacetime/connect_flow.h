@@ -158,6 +158,18 @@ LANES_INLINE void flow_expand_motion(const flow_hole *hole, const flow_ray *ray,
   }
 }
 
+/* Changes of v, of m and of the drag by Mino time, where the ray is. */
+LANES_INLINE void flow_rates(const flow_hole *hole, const flow_ray *ray, lanes rates[5])
+{
+  const lanes a = hole->spin, a2 = a * a, E = ray->energy.value, L = ray->momentum.value, Q = ray->carter.value;
+  const lanes sE2 = a2 * E * E, K = (L - a * E) * (L - a * E) + Q, w = ray->w.value, z2 = ray->n[2].value * ray->n[2].value;
+  const lanes turn = ray->curl.value + 2 * sE2 * z2;
+  rates[0] = w * (sE2 - ray->curl.value + w * (3 * K - 2 * a2 * Q * w));
+  for (int i = 0; i < 2; i++) rates[1 + i] = -turn * ray->n[i].value;
+  rates[3] = (sE2 - turn) * ray->n[2].value;
+  rates[4] = a * w * (2 * E - a * L * w) / ((1 - hole->outer * w) * (1 - hole->inner * w));
+}
+
 /* The derivatives by angle j. */
 LANES_INLINE void flow_expand_turn(const flow_hole *hole, const flow_ray *ray, int j, const flow_products *p, flow_series *s)
 {

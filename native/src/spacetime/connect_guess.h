@@ -13,7 +13,7 @@
 #include "spacetime/connect_search.h"
 
 /* How often a guess is mended, and turned to match, for the first image, the second, and those that are hard to find. */
-enum { GUESS_PASSES_FIRST = 1, GUESS_PASSES = 3, GUESS_PASSES_MORE = 6, GUESS_MATCHES_FIRST = 2, GUESS_MATCHES = 6 };
+enum { GUESS_PASSES_FIRST = 1, GUESS_PASSES = 2, GUESS_PASSES_MORE = 6, GUESS_MATCHES_FIRST = 2, GUESS_MATCHES = 3, GUESS_MATCHES_MORE = 6 };
 /* Where rays stop at the radius of b: where that is surely well conditioned, wherever the orbit without spin is steep
  * there, nowhere. */
 typedef enum guess_landings { LANDS_SURELY, LANDS_STEEP, LANDS_NOWHERE } guess_landings;
@@ -31,8 +31,9 @@ static const guess_rule GUESS_RULES[GUESS_ATTEMPTS] = {
     {1, LANDS_STEEP, 0.3}, {1, LANDS_STEEP, 0.6}, {1, LANDS_STEEP, 0.8}, {1, LANDS_STEEP, 0.1},
     {1, LANDS_STEEP, 1.3}, {0, LANDS_NOWHERE, 0.6}, {1, LANDS_NOWHERE, 0.6}, {0, LANDS_NOWHERE, 0.3},
     {2, LANDS_NOWHERE, 1}, {2, LANDS_NOWHERE, 0.6}};
-/* Precision of the orbit without spin, for the first attempt, which is rougher anyway, and for the others. */
-static const search_precision GUESS_PRECISION = {1e-3, 12, 1e-4}, GUESS_PRECISION_MORE = {1e-4, 12, 1e-6};
+/* Precision of the orbit without spin, for the first attempt, and for the others. The first aims as well by an orbit that
+ * misses by a tenth of a radian before its last step: it differs more from the ray that is looked for. */
+static const search_precision GUESS_PRECISION = {1, 12, 1e-2}, GUESS_PRECISION_MORE = {1e-4, 12, 1e-6};
 /* Dragging and swept angle agree, radians, at right angles; in line with the center they must much better. */
 #define GUESS_SETTLED 0.05
 #define GUESS_SETTLED_IN_LINE 1e-3
@@ -40,6 +41,11 @@ static const search_precision GUESS_PRECISION = {1e-3, 12, 1e-4}, GUESS_PRECISIO
 #define GUESS_STEEP 0.2
 #define GUESS_DEPTH_INNER 0.6
 #define GUESS_DEPTH_OUTER 6.0
+/* Angle of a fall to the photon orbit, from r - r_plus = M or beyond; dragging per radian that a ray winds besides, over the
+ * spin, and how it grows with spin and tilt. */
+#define GUESS_FALL 1.45
+#define GUESS_WINDING 0.385
+#define GUESS_WINDING_TILT 0.76
 /* r - r_plus below which the inner end is aimed at, in M; what stands for the sky then: 1 / r. */
 #define GUESS_INNER 3.0
 #define GUESS_SKY 1e-4
@@ -49,6 +55,7 @@ typedef struct guess_state {
   lanes photon[2];  /* radii of the equatorial photon orbits, with and against the spin */
   lanes dragging;   /* frame dragging to expect */
   lanes closer;     /* logarithm: how much closer to the critical ray than the orbit without spin */
+  lanes slope;      /* at launch, per radian, of the last orbit without spin; NaN: there is none */
 } guess_state;
 
 /* Radius of the spherical photon orbit whose angular momentum L is tilted by this cosine = L / sqrt(L^2 + Q), by bisection
@@ -83,11 +90,24 @@ LANES_INLINE lanes guess_dragging(const flow_hole *hole, lanes above)
   return 2 * hole->spin / (hole->outer - hole->inner) * (inner - lanes_log(above * w) / hole->outer);
 }
 
-/* The frame dragging to expect between two places. */
-LANES_INLINE lanes guess_dragging_between(const flow_hole *hole, const flow_place *a, const flow_place *b, lanes_mask sky)
+/* The frame dragging to expect of image `order`: that of a straight fall from one place to the other, and of each radian that
+ * the ray winds beyond one. At the photon orbit that is 2 a / sqrt(27) for small spin; how it grows with the spin and falls
+ * with the tilt of the plane is fitted to rays, as is the angle of a fall. */
+LANES_INLINE lanes guess_dragging_between(const flow_hole *hole, int order, const flow_place *a, const flow_place *b,
+                                          lanes_mask sky)
 {
   const lanes far = lanes_select(sky, lanes_all(0), guess_dragging(hole, b->above));
-  return lanes_copysign(lanes_abs(guess_dragging(hole, a->above) - far), hole->spin);
+  const lanes fall = lanes_abs(guess_dragging(hole, a->above) - far), turn = lanes_all(order & 1 ? -1 : 1);
+  lanes axis[3];
+  cross(a->n, b->n, axis);
+  const lanes sine = lanes_sqrt(lanes_dot(axis, axis));
+  const lanes swept = 2 * M_PI * ((order + 1) / 2) + turn * lanes_atan2(sine, lanes_dot(a->n, b->n));
+  const lanes tilt = lanes_copysign(turn, turn * hole->spin) * axis[2] / lanes_max(sine, lanes_all(1e-100));
+  const lanes one = lanes_all(1), from_a = GUESS_FALL * lanes_min(a->above, one);
+  const lanes from_b = GUESS_FALL * lanes_select(sky, one, lanes_min(b->above, one));
+  const lanes spin = lanes_abs(hole->spin), rate = spin * GUESS_WINDING / (1 - GUESS_WINDING_TILT * spin * tilt);
+  const lanes winds = (swept - from_a - from_b - tilt * fall) / (1 + rate * tilt); /* dragging along shortens the way */
+  return lanes_copysign(fall + rate * lanes_max(winds, lanes_all(0)), hole->spin);
 }
 
 /* P at its stationary point nearest to infinity (see kerr_find_barrier) over E^2: how far a ray stays from the critical ones,
@@ -175,7 +195,7 @@ LANES_INLINE lanes guess_landing(const aim_task *t, lanes depth, lanes speed, gu
 }
 
 /* Sets the first trial of image `order`. */
-LANES_INLINE void guess_make(const guess_state *g, const flow_hole *hole, int order, const guess_rule *rule,
+LANES_INLINE void guess_make(guess_state *g, const flow_hole *hole, int order, const guess_rule *rule,
                              int matches, aim_task *t)
 {
   const lanes_mask sky = (lanes_mask)t->sky;
@@ -190,7 +210,9 @@ LANES_INLINE void guess_make(const guess_state *g, const flow_hole *hole, int or
   const lanes depth_a = guess_depth(t->a.above, hole, photon), depth_b = guess_depth(t->b.above, hole, photon);
   pair.a = guess_end(t->a.n, depth_a, (lanes_mask){0}), pair.b = guess_end(pair.b.n, depth_b, sky);
   const search_precision precision = rule == GUESS_RULES ? GUESS_PRECISION : GUESS_PRECISION_MORE;
-  const orbit_root root = search_root(0, &pair.a, &pair.b, swept, precision, lanes_mask_all(1));
+  const lanes begin = lanes_select(lanes_is_finite(g->slope), g->slope * swept, search_guess(0, &pair.a, &pair.b, swept));
+  const orbit_root root = search_root(0, &pair.a, &pair.b, swept, begin, precision, lanes_mask_all(1));
+  g->slope = root.rate / swept;
   direction_of(0, &pair.a, pair.toward_a, turn, swept, root.size, root.rate, launch);
   guess_components(t->a.n, launch, t->trial.d);
   t->swept = swept, t->calm = lanes_exp(lanes_min(M_PI - swept, lanes_all(0)));
@@ -224,10 +246,10 @@ LANES_INLINE void guess_first(int order, const guess_rule *rule, aim_task *t)
   hole = flow_hole_of(t->spin);
   const int easy = rule == GUESS_RULES && order < 2, first = easy && order == 0;
   const int passes = first ? GUESS_PASSES_FIRST : easy ? GUESS_PASSES : GUESS_PASSES_MORE;
-  const int matches = first ? GUESS_MATCHES_FIRST : GUESS_MATCHES;
+  const int matches = first ? GUESS_MATCHES_FIRST : easy ? GUESS_MATCHES : GUESS_MATCHES_MORE;
   const double spin = fabs(t->spin[0]);
   guess_state g = {.photon = {lanes_all(2 + 2 * cos(2.0 / 3 * acos(-spin))), lanes_all(2 + 2 * cos(2.0 / 3 * acos(spin)))},
-                   .dragging = guess_dragging_between(&hole, &t->a, &t->b, (lanes_mask)t->sky)};
+                   .dragging = guess_dragging_between(&hole, order, &t->a, &t->b, (lanes_mask)t->sky), .slope = lanes_all(NAN)};
   g.dragging *= rule->dragging;
   guess_make(&g, &hole, order, rule, matches, t);
   lanes last = {0}, met = {0};

@@ -132,9 +132,9 @@ LANES_INLINE void search_accept(orbit_root *root, lanes_mask done, lanes_mask in
   root->error = lanes_select(done, floor + lanes_select(inside, missed * missed, missed), root->error);
 }
 
-/* Newton's steps need no better trial than their own error: a trial's truncation error follows the square of the last
+/* guess: a first slope to try. Newton's steps need no better trial than their own error: a trial's truncation error follows the square of the last
  * miss down to the final one. */
-LANES_INLINE orbit_root search_root(int ellis, const orbit_end *a, const orbit_end *b, lanes swept,
+LANES_INLINE orbit_root search_root(int ellis, const orbit_end *a, const orbit_end *b, lanes swept, lanes guess,
                                     search_precision precision, lanes_mask open)
 {
   search_bracket s = search_bracket_of(ellis, a, b, swept);
@@ -144,8 +144,7 @@ LANES_INLINE orbit_root search_root(int ellis, const orbit_end *a, const orbit_e
   const lanes finest = lanes_max(lanes_min(SEARCH_TRUNCATION * tolerance * calm, lanes_all(first)), lanes_all(1e-16));
   lanes truncation = lanes_max(first * calm, finest);
   orbit_root root = {.found = {0}};
-  lanes rate = search_guess(ellis, a, b, swept);
-  rate = lanes_select((rate > s.low) & (rate < s.high), rate, search_middle(&s));
+  lanes rate = lanes_select((guess > s.low) & (guess < s.high), guess, search_middle(&s));
   for (int i = 0; i < SEARCH_TRIALS_MAX && lanes_any(open); i++) {
     const lanes size = lanes_sqrt(rate * rate + tangential * tangential), weight = swept / size;
     const orbit_shot shot = orbit_shoot(ellis, a, b, swept, rate, weight, truncation, precision.order);
