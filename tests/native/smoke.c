@@ -249,7 +249,7 @@ static void test_render(void)
 static void test_motion(void)
 {
   bent_error error = {0};
-  bent_scene *scene = square_scene(1), *view = square_scene(0);
+  bent_scene *scene = square_scene(1), *view = square_scene(1);
   const bent_camera camera = {.kind = BENT_CAMERA_PERSPECTIVE, .world_from_camera = {{1, 0, 0, 0}, {0, 1, 0, 0},
                               {0, 0, 1, 0}, {0, 0, 0, 1}}, .viewplane = {-1, 1, -1, 1}, .clip_end = 1000};
   const double places[2][4][4] = {{{5, 0, 0, 0}, {0, 5, 0, 0}, {0, 0, 1, -4}, {0, 0, 0, 1}}}; /* one too many */

@@ -153,8 +153,8 @@ static void write_block(const tracer *t, int count, int kind, const motion_seen 
       if (!then[i].known) continue; /* as where it is not now */
       const float weight = records[i]->value[CHANNEL_VECTOR_WEIGHT][0];
       for (int axis = 0; axis < 2; axis++) {
-        const double before_after = (then[i].at[axis] - now[i].at[axis]) * size[axis];
-        records[i]->value[CHANNEL_VECTOR][2 * k + axis] = weight * (float)(k ? -before_after : before_after);
+        const float way = (float)((then[i].at[axis] - now[i].at[axis]) * size[axis]);
+        if (isfinite(way)) records[i]->value[CHANNEL_VECTOR][2 * k + axis] = weight * (k ? -way : way);
       }
     }
   }
