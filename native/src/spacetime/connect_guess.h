@@ -13,7 +13,8 @@
 #include "spacetime/connect_search.h"
 
 /* How often a guess is mended, and turned to match, for the first image, the second, and those that are hard to find. */
-enum { GUESS_PASSES_FIRST = 1, GUESS_PASSES = 2, GUESS_PASSES_MORE = 6, GUESS_MATCHES_FIRST = 2, GUESS_MATCHES = 3, GUESS_MATCHES_MORE = 6 };
+enum { GUESS_PASSES_FIRST = 1, GUESS_PASSES = 2, GUESS_PASSES_MORE = 6 };
+enum { GUESS_MATCHES_FIRST = 2, GUESS_MATCHES = 3, GUESS_MATCHES_MORE = 6 };
 /* Where rays stop at the radius of b: where that is surely well conditioned, wherever the orbit without spin is steep
  * there, nowhere. */
 typedef enum guess_landings { LANDS_SURELY, LANDS_STEEP, LANDS_NOWHERE } guess_landings;
