@@ -112,6 +112,19 @@ def test_retraced_rays_meet_their_target(spin, low, high):
         assert np.all(missed[got["status"][found, k] == MET] <= 1e-8 + 1e-10)
 
 
+def test_errors_beside_the_poles_of_the_horizon():
+    """There the oblate chart stretches angles over the radius by up to sqrt(2)."""
+    space, a, b = random_pairs(0.999, 300, 1.1, 20, seed=13)
+    r = horizon(0.999) * np.random.default_rng(14).uniform(1.2, 1.6, (300, 1))
+    n = unit(b * [0.1, 0.1, 1])
+    b = n * np.concatenate([np.hypot(r, 0.999), np.hypot(r, 0.999), r], 1)
+    got = connect(space, a, b, 1, 1e-7)
+    found = np.isin(got["status"][:, 0], (MET, COARSE))
+    assert np.mean(found) > 0.95
+    launch, swept, error = (got[key][found, 0] for key in ("launch", "swept", "error"))
+    assert np.all(misses(space, 0.999, a[found], b[found], launch, swept) <= error + 1e-10)
+
+
 MANY = [
     (0.5, 1.001, 1e3, 20000, 0.9995, 0.999),
     (0.9, 3, 100, 100000, 0.9998, 0.9995),

@@ -185,6 +185,10 @@ LANES_INLINE void aim_compare(const flow_hole *hole, const flow_place *b, lanes_
     for (int i = 0; i < 2; i++) shot->jacobian[1 + i][j] = lanes_dot(across[i], moved);
   }
   aim_measure(b, sky, shot);
+  /* an angle is longest in the scene, over the radius there, across the axis */
+  const lanes flat = a * a * w * w, sine2 = target[0] * target[0] + target[1] * target[1];
+  const lanes stretch = lanes_select(sky, lanes_all(1), lanes_sqrt((1 + flat) / (1 + flat * sine2)));
+  shot->missed *= stretch, shot->lever *= stretch;
 }
 
 /* Launches the trial. */

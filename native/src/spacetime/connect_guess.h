@@ -13,7 +13,8 @@
 #include "spacetime/connect_search.h"
 
 /* How often a guess is mended, and turned to match, for the first image, the second, and those that are hard to find. */
-enum { GUESS_PASSES_FIRST = 1, GUESS_PASSES = 2, GUESS_PASSES_MORE = 6, GUESS_MATCHES_FIRST = 2, GUESS_MATCHES = 3, GUESS_MATCHES_MORE = 6 };
+enum { GUESS_PASSES_FIRST = 1, GUESS_PASSES = 2, GUESS_PASSES_MORE = 6 };
+enum { GUESS_MATCHES_FIRST = 2, GUESS_MATCHES = 3, GUESS_MATCHES_MORE = 6 };
 /* Where rays stop at the radius of b: where that is surely well conditioned, wherever the orbit without spin is steep
  * there, nowhere. */
 typedef enum guess_landings { LANDS_SURELY, LANDS_STEEP, LANDS_NOWHERE } guess_landings;
@@ -55,7 +56,8 @@ typedef struct guess_state {
   lanes photon[2];  /* radii of the equatorial photon orbits, with and against the spin */
   lanes dragging;   /* frame dragging to expect */
   lanes closer;     /* logarithm: how much closer to the critical ray than the orbit without spin */
-  lanes slope;      /* at launch, per radian, of the last orbit without spin; NaN: there is none */
+  lanes slope;      /* at launch, per radian, that the search for the orbit without spin begins with; NaN: its own */
+  lanes found;      /* slope of the orbit */
 } guess_state;
 
 /* Radius of the spherical photon orbit whose angular momentum L is tilted by this cosine = L / sqrt(L^2 + Q), by bisection
@@ -212,7 +214,7 @@ LANES_INLINE void guess_make(guess_state *g, const flow_hole *hole, int order, c
   const search_precision precision = rule == GUESS_RULES ? GUESS_PRECISION : GUESS_PRECISION_MORE;
   const lanes begin = lanes_select(lanes_is_finite(g->slope), g->slope * swept, search_guess(0, &pair.a, &pair.b, swept));
   const orbit_root root = search_root(0, &pair.a, &pair.b, swept, begin, precision, lanes_mask_all(1));
-  g->slope = root.rate / swept;
+  g->found = root.rate / swept;
   direction_of(0, &pair.a, pair.toward_a, turn, swept, root.size, root.rate, launch);
   guess_components(t->a.n, launch, t->trial.d);
   t->swept = swept, t->calm = lanes_exp(lanes_min(M_PI - swept, lanes_all(0)));
@@ -269,6 +271,7 @@ LANES_INLINE void guess_first(int order, const guess_rule *rule, aim_task *t)
     last = g.dragging, met = drag;
     g.dragging += lanes_select(moves, gain * off, lanes_all(0));
     g.closer += lanes_select(moves & lands, over, lanes_all(0));
+    g.slope = lanes_select(moves, g.found, g.slope); /* the others find the same orbit again */
     guess_make(&g, &hole, order, rule, matches, t);
   }
 }

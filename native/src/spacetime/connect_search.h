@@ -132,8 +132,8 @@ LANES_INLINE void search_accept(orbit_root *root, lanes_mask done, lanes_mask in
   root->error = lanes_select(done, floor + lanes_select(inside, missed * missed, missed), root->error);
 }
 
-/* guess: a first slope to try. Newton's steps need no better trial than their own error: a trial's truncation error follows the square of the last
- * miss down to the final one. */
+/* guess: a first slope to try. Newton's steps need no better trial than their own error: a trial's truncation error follows
+ * the square of the last miss down to the final one. */
 LANES_INLINE orbit_root search_root(int ellis, const orbit_end *a, const orbit_end *b, lanes swept, lanes guess,
                                     search_precision precision, lanes_mask open)
 {
