@@ -48,7 +48,7 @@ def crystal(name: str, center: objects.Vector, radius: float, material: bpy.type
 
 def build() -> bpy.types.Scene:
     """Makes the scene in the current file and returns it."""
-    scene = common.new_scene(samples=24)
+    scene = common.new_scene(samples=96)
     table = materials.principled("Table", (0.72, 0.68, 0.61), roughness=0.9)
     clear = materials.shader("Glass", "BsdfGlass", Color=(0.98, 1.0, 0.99, 1.0), Roughness=0.1, IOR=1.5)
     amber = materials.shader("Amber", "BsdfGlass", Color=(1.0, 0.70, 0.28, 1.0), Roughness=0.1, IOR=1.5)
