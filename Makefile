@@ -20,7 +20,7 @@ SHELL := /bin/bash
 python := .venv/bin/python
 python_4.5 := .venv-4.5/bin/python
 pip_build := -m pip --disable-pip-version-check --quiet
-pytest := -m pytest -n 2 --dist loadfile
+pytest := -m pytest -n 2 --dist loadfile --durations 15
 
 render: build/native.stamp
 	$(python) examples/room_schwarzschild.py
@@ -37,7 +37,7 @@ test-python-4.5: build/native-4.5.stamp
 # Python itself leaks at exit, so leaks are looked for in the C program alone, which has no Python in it.
 test-sanitized: build/sanitized.stamp
 	build/sanitized/cmake/bentlight_smoke .venv/lib/python3.11/site-packages/bpy/lib/libembree4.so.4
-	LD_PRELOAD="$$(cc -print-file-name=libasan.so)" ASAN_OPTIONS=detect_leaks=0 PYTHONMALLOC=malloc \
+	LD_PRELOAD="$$(cc -print-file-name=libasan.so)" ASAN_OPTIONS=detect_leaks=0 PYTHONMALLOC=malloc BENTLIGHT_SANITIZED=1 \
 	  PYTHONPATH=build/sanitized/site $(python) $(pytest) tests/native -m "not unsanitized"
 
 lint: .venv/ready

@@ -18,6 +18,7 @@ from bentlight_native import (
 )
 from golden import numbers, rows
 from rays import angle_between, isotropic_radius, unit
+from sanitized import fewer
 
 NONE, MET, RING, COARSE, FAILED = range(5)
 AREAL, ISOTROPIC, ELLIS = Spacetime.schwarzschild(1, "areal"), Spacetime.schwarzschild(1), Spacetime.ellis(1)
@@ -123,7 +124,7 @@ def test_golden_images_and_einstein_rings(chart, scale):
 @pytest.mark.parametrize(("tolerance", "pairs"), [(1e-5, 3000), (1e-8, 100000), (1e-11, 3000)])
 @pytest.mark.parametrize("name", SPACES)
 def test_retraced_rays_meet_their_target(name, tolerance, pairs):
-    space, a, b = random_pairs(name, pairs)
+    space, a, b = random_pairs(name, fewer(pairs))
     got = connect(space, a, b, 2, tolerance)
     assert not got["counts"]["failed"]
     if tolerance >= 1e-8:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from bentlight_native import Spacetime, connect, connect_sky, ray_path, trace_rays
 from rays import angle_between, kerr_functions, unit
+from sanitized import fewer
 
 NONE, MET, RING, COARSE, FAILED = range(5)
 VALUES = ["launch", "arrival", "spread", "frequency_ratio", "swept", "error"]
@@ -138,10 +139,10 @@ MANY = [
 def test_many_pairs(spin, low, high, pairs, first, second):
     """Success rates, and the ends are on one geodesic: constants of the motion agree, and rays traced on from b and
     from a go to the same place. Errors of the ends grow on the way; how much is measured beside them."""
-    space, a, b = random_pairs(spin, pairs, low, high, seed=3)
+    space, a, b = random_pairs(spin, fewer(pairs), low, high, seed=3)
     tolerance = 1e-7
     got = connect(space, a, b, 2, tolerance)
-    assert sum(got["counts"].values()) == 2 * pairs
+    assert sum(got["counts"].values()) == 2 * len(a)
     for k, rate in enumerate((first, second)):
         met = got["status"][:, k] == MET
         assert np.mean(met) >= rate

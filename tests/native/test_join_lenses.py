@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from bentlight_native import Spacetime
 from rays import angle_between, unit
+from sanitized import fewer
 from scenes import add, diffuse, emission, glossy, look_at, new_scene, perspective, quad, render
 from test_direct_light import add_lamps, patch_radiance
 from test_render_curved import placed
@@ -103,14 +104,14 @@ def test_joints_traced_again(kind):
     """One of each pair's meets a small target at its end, having passed the borders and swept the angle that it
     states. The few that meet another pair's target, or their own one turn before, are traced alone, to a smaller one.
     """
-    a, b = ends(kind, 10000)
+    a, b = ends(kind, fewer(10000))
     bare = objects_scene()
     bare.commit()
     joints = bare.join(a, b)
     row, column = listed(joints)
     assert len(row) > 0.5 * len(a)
     rng = np.random.default_rng(3)
-    row = rng.permutation(np.unique(row))[:2500]
+    row = rng.permutation(np.unique(row))[: fewer(2500)]
     column = rng.integers(0, joints["count"][row])  # one target a pair
     launch, arrival, swept, first_lens, borders, length = (
         joints[key][row, column] for key in ("launch", "arrival", "swept", "first_lens", "borders", "length")

@@ -13,6 +13,7 @@ from tests.engine.stage import blender  # noqa: F401 (a fixture)
 from tests.images.image_statistics import compare
 
 SEEDS, SAMPLES = 8, 64
+SLICES = 32  # each is evaluated by Blender, which takes longer than its samples
 
 
 @pytest.fixture(autouse=True)
@@ -22,6 +23,7 @@ def scene(blender) -> bpy.types.Scene:  # noqa: F811
     scene.frame_set(5)
     scene.render.resolution_x, scene.render.resolution_y = 24, 16
     scene.render.use_motion_blur, scene.render.motion_blur_shutter = True, 0.5
+    scene.bentlight.motion_slices = SLICES
     stage.add_camera((0, 0, 4))
     stage.set_world((1 / 128, 1 / 128, 1 / 128))
     stage.add_square(0.7, (0, 0, 0), stage.emission((1.0, 0.5, 0.2)), "Square")
