@@ -50,7 +50,7 @@ def build(integrator="PATH"):
     lamp = add_light("POINT", (1.0, 1.0, 1.5), energy=60.0, shadow_soft_size=0.2)
     world = set_world((0.05, 0.08, 0.2))
     bpy.ops.bentlight.black_hole_add(mass=0.1, location=(0.2, 0.0, 0.0))
-    scene.world.bentlight.stars = "PROCEDURAL"
+    scene.world.bentlight.stars, scene.world.bentlight.star_strength = "PROCEDURAL", 1e4  # bright among few samples
     scene.bentlight.integrator = integrator
     scene.bentlight.samples, scene.bentlight.use_adaptive_sampling = 6, False
     scene.render.resolution_x, scene.render.resolution_y = 40, 30
