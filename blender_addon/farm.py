@@ -44,6 +44,11 @@ class Job:
         return bool(self.samples or self.tile)
 
     @property
+    def is_kept(self) -> bool:
+        """Whether pictures are kept, as parts or for another render to go on with."""
+        return self.is_part or self.resume
+
+    @property
     def label(self) -> str:
         """What distinguishes the names of its files: "samples_0-64_tile_1-of-4_", or nothing."""
         samples = f"samples_{self.samples[0]}-{self.samples[1]}_" if self.samples else ""

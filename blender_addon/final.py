@@ -159,6 +159,7 @@ class _ViewRender:
         self._moments = Moments(
             engine, depsgraph, self._read, self._kept.memory(self._view_layer.name, depsgraph.updates)
         )
+        self._around = ""  # fingerprint of the scene in the frames around, if they matter to a part or a checkpoint
         self._data: SceneData | None  # what the native scene shows
         self._native: bentlight_native.Scene | None
         self._native, self._data = self._kept.take(self._view_layer.name, view)
@@ -282,9 +283,16 @@ class _ViewRender:
         self._native.set_motion()  # of another frame, if it was kept
         if "vector" not in self._channels or self._moments.slices or self._engine.is_preview:
             return True
-        if not self._moments.read_neighbors():
-            return False
-        motion.set_motion(self._native, self._data, *self._moments.neighbors)
+        try:
+            around = self._moments.read_neighbors()
+            if around is None:
+                return False
+            motion.set_motion(self._native, self._data, *around)
+        except RenderError as failure:
+            self._reporter.warn("The Vector pass is 0: the frame before or after cannot be read: {}", failure)
+            return True
+        if self._job.is_kept:
+            self._around = fingerprint(around)
         return True
 
     def _on_a_thread(self, work: Callable[[bentlight_native.Progress], T]) -> T | None:
@@ -353,7 +361,7 @@ class _ViewRender:
         limit: float,
     ) -> Recording | None:
         """What keeps a part of the picture, or its checkpoint; None if nothing asks for that."""
-        if not (self._job.is_part or self._job.resume):
+        if not self._job.is_kept:
             return None
         names = tuple(dict.fromkeys((*self._channels, "sample_count")))
         picture = bentlight_native.Picture(
@@ -367,7 +375,7 @@ class _ViewRender:
             passes=tuple(
                 bentlight_native.PassPlan(p.name, p.components, p.channel, p.first, p.color) for p in self._passes
             ),
-            scene=fingerprint([self._moments.frame, self._moments.times, self._moments.neighbors]),
+            scene=fingerprint([self._moments.frame, self._moments.times, self._around]),
             star_group=stars.group if stars else -1,
             metadata=self._matte_metadata(),
         )

@@ -26,8 +26,7 @@ class Moments:
 
     number: of the frame. frame: the scene in the frame's own time, None before it was read. camera: the frame's,
     through which all moments are seen, whatever Blender's markers say. slices: the samples by moment, in the order in
-    which they are taken; none if nothing may move. times: of all moments of the whole picture, in frames. neighbors:
-    the scene a frame before and a frame after, if they have been read.
+    which they are taken; none if nothing may move. times: of all moments of the whole picture, in frames.
     """
 
     def __init__(
@@ -42,7 +41,6 @@ class Moments:
         self.camera: bpy.types.Object | None = None
         self.slices: list[Slice] = []
         self.times: list[float] = []
-        self.neighbors: list[SceneData] = []
 
     def begin(
         self, reporter: Reporter, whole: bentlight_native.RenderSettings, part: bentlight_native.RenderSettings
@@ -69,15 +67,17 @@ class Moments:
             return found
         return standing(found, self.frame, still, self.camera.name)
 
-    def read_neighbors(self) -> bool:
-        """Reads the frames around. False if the user gave up."""
-        here = self.number + self._subframe
-        for frame in (here - 1, here + 1):
-            found = self._read_at(frame)
-            if found is None:
-                return False
-            self.neighbors.append(found)
-        return True
+    def read_neighbors(self) -> list[SceneData] | None:
+        """The scene a frame before and a frame after; None if the user gave up. Blender's scene moves back."""
+        here, found = self.number + self._subframe, []
+        try:
+            for frame in (here - 1, here + 1):
+                found.append(self._read_at(frame))
+                if found[-1] is None:
+                    return None
+        finally:
+            self.end()
+        return found
 
     def _read_at(self, frame: float) -> SceneData | None:
         self._has_moved = True
@@ -86,7 +86,8 @@ class Moments:
         return self._read(Reporter(lambda level, text: None), self._memory)
 
     def end(self) -> None:
-        """Moves Blender's scene back to its frame."""
+        """Moves Blender's scene back to its frame. May be called again."""
         if self._has_moved:
+            self._has_moved = False
             self._engine.frame_set(self.number, subframe=self._subframe)
             self._memory.forget(self._depsgraph.updates)

@@ -14,12 +14,14 @@ from .scene_data import InstanceData, SceneData
 
 
 def set_motion(scene: bentlight_native.Scene, frame: SceneData, before: SceneData, after: SceneData) -> None:
-    """Tells a native scene, built from `frame`, where things are in the frames around."""
+    """Tells a native scene, built from `frame`, where things are in the frames around. Raises RenderError where those
+    cannot be seen."""
     scene.set_motion(_moment(frame, before), _moment(frame, after))
 
 
 def _moment(frame: SceneData, other: SceneData) -> bentlight_native.Moment:
     """Things that are not there at the other moment stand, and shapes of another number of vertices do not change."""
+    native.check_camera(other.spacetimes, other.camera)
     view = bentlight_native.Scene()
     native.set_spacetimes(view, other.spacetimes)
     native.set_camera(view, other.camera)

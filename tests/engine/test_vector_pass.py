@@ -8,6 +8,7 @@ import OpenEXR
 import pytest
 from bentlight_native import Spacetime, trace_rays
 
+from blender_addon import final
 from tests.engine import stage
 from tests.engine.cycles_pictures import NARROW
 from tests.engine.stage import blender  # noqa: F401 (a fixture)
@@ -236,6 +237,66 @@ def test_frames_around_are_read_only_for_the_pass(scene, tmp_path):
     assert np.array_equal(second, stage.render(tmp_path)["Vector"])
     scene.frame_set(FRAME)
     assert np.array_equal(first, stage.render(tmp_path)["Vector"])
+
+
+def vanishing_ball() -> None:
+    animate(ball(), "scale", (1, 1, 1), (1, 1, 1), (0, 0, 0))
+
+
+def spheres_that_meet() -> None:
+    for x in (-4, 4):
+        bpy.ops.bentlight.black_hole_add(mass=0.1, location=(x, 9, 0))
+        bpy.context.object.bentlight.influence = "SPHERE"
+        bpy.context.object.bentlight.sphere_radius = 3
+    animate(bpy.context.object, "location", (-1, 9, 0), (4, 9, 0), (4, 9, 0))
+
+
+def mouth_that_opens() -> None:
+    bpy.ops.bentlight.wormhole_add(throat_radius=0.2, location=(9, 9, 0), exit_location=(-9, 9, 0))
+    animate(bpy.context.object, "hide_render", True, False, False)
+
+
+def camera_that_leaves_a_horizon() -> None:
+    bpy.ops.bentlight.black_hole_add(mass=0.1, location=(0, -20, 0))
+    animate(bpy.context.scene.camera, "location", (0, -20, 0), (0, -6, 0), (0, -6, 0))
+
+
+@pytest.mark.parametrize(
+    ("motion", "reason"),
+    [
+        (vanishing_ball, "'Ball'"),
+        (spheres_that_meet, "spheres of influence"),
+        (mouth_that_opens, "its exit"),
+        (camera_that_leaves_a_horizon, "inside the horizon"),
+    ],
+)
+def test_a_frame_around_that_cannot_be_read_fails_no_picture(motion, reason, scene, tmp_path, capfd):
+    scene.view_layers[0].use_pass_vector = False
+    motion()
+    without = stage.render(tmp_path)
+    capfd.readouterr()
+    scene.view_layers[0].use_pass_vector = True
+    passes = stage.render(tmp_path)
+    said = "".join(capfd.readouterr())
+    assert "The Vector pass is 0: the frame before or after cannot be read: " in said and reason in said
+    assert not passes.pop("Vector").any() and scene.frame_current == FRAME
+    for name, expected in without.items():
+        assert np.array_equal(passes[name], expected), name
+
+
+@pytest.mark.parametrize("motion", [moving_object, vanishing_ball], ids=lambda motion: motion.__name__)
+def test_the_scene_is_in_its_frame_while_tiles_are_rendered(motion, scene, tmp_path, monkeypatch):
+    """Scripts that look at it meanwhile, and the user, see the picture's frame."""
+    motion()
+    frames, session = [], final.Session
+
+    def begin(*arguments, **options):
+        frames.append(scene.frame_current)
+        return session(*arguments, **options)
+
+    monkeypatch.setattr(final, "Session", begin)
+    stage.render(tmp_path)
+    assert frames == [FRAME]
 
 
 def test_files_name_its_channels_as_cycles_does(scene, tmp_path):
