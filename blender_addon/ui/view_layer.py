@@ -16,6 +16,7 @@ class BENTLIGHT_PT_passes(EnginePanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layer = context.view_layer
+        is_blurred = context.scene.render.use_motion_blur and layer.use_motion_blur
         for group in (
             (
                 (layer, "use_pass_combined", "Combined"),
@@ -36,7 +37,7 @@ class BENTLIGHT_PT_passes(EnginePanel, bpy.types.Panel):
             column = self.column()
             for owner, name, text in group:
                 row = column.row()
-                row.active = name != "use_pass_vector" or not context.scene.render.use_motion_blur
+                row.active = name != "use_pass_vector" or not is_blurred
                 row.prop(owner, name, text=text)
         self.layout.prop(layer, "pass_alpha_threshold")
 

@@ -13,7 +13,7 @@ import pytest
 
 import blender_addon
 from blender_addon import changes, properties, ui
-from blender_addon.ui import camera, influence, object, render, warnings
+from blender_addon.ui import camera, influence, object, render, view_layer, warnings
 from tests.engine import stage
 
 ADDON = Path(blender_addon.__file__).parent
@@ -220,3 +220,21 @@ def test_panels_show_for_their_engines_only():
     assert shown["BLENDER_WORKBENCH"] == {"overlay"}
     assert {"spacetime", "scale", "cycles", "overlay"} <= shown["CYCLES"] and "sampling" not in shown["CYCLES"]
     assert {"sampling", "light_paths", "spacetime", "disk", "scale", "camera", "overlay"} <= shown["BENTLIGHT"]
+
+
+def test_vector_is_gray_where_motion_blur_leaves_it_zero():
+    """Blender blurs a layer if its scene and the layer itself say so."""
+    scene, layer = bpy.context.scene, bpy.context.view_layer
+    rows: dict[str, SimpleNamespace] = {}
+
+    def row() -> SimpleNamespace:
+        made = SimpleNamespace(active=True)
+        made.prop = lambda _owner, name, **_options: rows.__setitem__(name, made)
+        return made
+
+    drawn = SimpleNamespace(column=lambda: SimpleNamespace(row=row), layout=Paper())
+    for scene.render.use_motion_blur in (False, True):
+        for layer.use_motion_blur in (False, True):
+            view_layer.BENTLIGHT_PT_passes.draw(drawn, bpy.context)
+            is_blurred = scene.render.use_motion_blur and layer.use_motion_blur
+            assert rows["use_pass_vector"].active is not is_blurred and rows["use_pass_z"].active
