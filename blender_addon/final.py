@@ -249,9 +249,13 @@ class _ViewRender:
         data, native = self._data, self._native
         if data.stars is None:
             return None
+        window, threads = self._window, self._scene.render.threads
+        group = labels.group_index(data.world_group, passes.light_groups(self._view_layer))
         if not native.shows_stars():
             self._reporter.warn("An orthographic camera sees no single stars; there are none in this picture")
-            return None
+            if not self._moments.slices:
+                return None
+            return StarLight(np.zeros((window[3], window[2], 3), np.float32), window[:2], group)  # others may see them
         for item, radius in zip(data.spacetimes, influence_radii(data.spacetimes), strict=True):
             if item.spin and radius != math.inf:
                 self._reporter.warn(
@@ -259,10 +263,8 @@ class _ViewRender:
                 )
 
         def find(progress: bentlight_native.Progress) -> StarLight:
-            images = find_stars(native, data.stars, settings, self._scene.render.threads, progress)
-            group = labels.group_index(data.world_group, passes.light_groups(self._view_layer))
-            shown = draw_stars(images, data.stars, settings, self._window)
-            return StarLight(shown, self._window[:2], group)
+            images = find_stars(native, data.stars, settings, threads, progress)
+            return StarLight(draw_stars(images, data.stars, settings, window), window[:2], group)
 
         return self._on_a_thread(find)
 

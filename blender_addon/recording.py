@@ -74,12 +74,13 @@ class Recording:
     def finish(self, was_cancelled: bool, star_sums: np.ndarray | None) -> tuple[Path, ...]:
         """The session has ended, as all is done or the time is over, or cancelled: writes the part if it is whole.
         Returns files that are of no use once the picture is safe: none of one that was cancelled."""
-        is_whole = len(self._states) == len(self.tiles)
-        if not is_whole and (was_cancelled or self._job.is_part):
+        has_tiles = len(self._states) == len(self.tiles)
+        if has_tiles and self._checkpoint and self.light is not None:
+            self._checkpoint.set_rounds((), self.light)
+        lacks_stars = was_cancelled and star_sums is not None  # those of moments come also after the last tile
+        if lacks_stars or (not has_tiles and (was_cancelled or self._job.is_part)):
             self.close()
             return ()
-        if is_whole and self._checkpoint and self.light is not None:
-            self._checkpoint.set_rounds((), self.light)
         if self._job.is_part:
             write_part(f"{self._path}.part.exr", self._part(star_sums))
         self.close()

@@ -17,7 +17,7 @@ import pytest
 from bentlight_native import run_command as main
 
 import blender_addon
-from blender_addon import checkpoint, farm, recording
+from blender_addon import checkpoint, farm, final, recording
 from blender_addon.recording import Recording
 from blender_addon.report import RenderError
 from blender_addon.session import Session
@@ -389,6 +389,37 @@ def test_nothing_is_left_of_a_frame_whose_time_is_over(monkeypatch, tmp_path, in
     resumed_render(tmp_path)
     assert [file.suffix for file in removed] == [".checkpoint", ".rounds"]
     assert [file.name for file in tmp_path.iterdir()] == ["frame_.exr"]
+
+
+def test_stars_of_some_moments_alone_are_no_part(monkeypatch, tmp_path):
+    """When the user gives up after the last tile but before the last moment's stars; the checkpoint stays."""
+    scene = build()
+    blur(scene)
+    scene.bentlight.samples = scene.bentlight.motion_slices = 4
+    monkeypatch.setattr(sys, "argv", ["blender", "--", "--bentlight-resume", "--bentlight-samples=0:4"])
+    part, journal = (tmp_path / f"frame_samples_0-4_0010.{end}" for end in ("part.exr", "checkpoint"))
+    with monkeypatch.context() as patch:
+        patch.setattr(farm, "remove_when_written", lambda files: None)
+        resumed_part(tmp_path)
+    whole, tiles = part.read_bytes(), journal.read_bytes()
+    part.unlink()
+    rendered = count_tiles(monkeypatch)
+    move, finish = final._ViewRender._move, Recording.finish
+    with monkeypatch.context() as patch:
+        patch.setattr(final._ViewRender, "_move", lambda self, at, *rest: None if at > 1 else move(self, at, *rest))
+        patch.setattr(Recording, "finish", lambda self, _, star_sums: finish(self, True, star_sums))
+        resumed_part(tmp_path)
+    assert not part.exists() and journal.read_bytes() == tiles
+    resumed_part(tmp_path)
+    assert not rendered and not journal.exists()
+    assert part.read_bytes() == whole
+
+
+def resumed_part(tmp_path):
+    scene = bpy.context.scene
+    set_multilayer(scene)
+    scene.render.filepath = str(tmp_path / "frame_")
+    bpy.ops.render.render(write_still=True)
 
 
 def test_a_checkpoint_does_not_grow_with_rounds(monkeypatch, tmp_path):

@@ -167,6 +167,22 @@ def test_stars_streak_as_the_camera_turns(tmp_path):
     assert across == pytest.approx(np.hypot(spread(still)[0], 32 * turn / np.sqrt(12)), rel=0.05)
 
 
+def test_stars_are_seen_from_the_moment_on_in_which_the_camera_sees_any(tmp_path):
+    """Also when the sky, all black, needs no more samples by then: this is the last of four moments."""
+    scene, camera = bpy.context.scene, look_at_y()
+    one_star(tmp_path)
+    still = render(tmp_path)["Combined"]
+    for frame, kind in ((0, "ORTHO"), (4.9, "PERSP"), (5, "ORTHO")):
+        camera.data.type = kind
+        camera.data.keyframe_insert("type", frame=frame)
+    scene.frame_set(5)
+    scene.render.use_motion_blur, scene.render.motion_blur_shutter = True, 1.0
+    scene.render.motion_blur_position = "CENTER"
+    scene.bentlight.samples, scene.bentlight.motion_slices = 64, 4
+    scene.bentlight.use_adaptive_sampling, scene.bentlight.adaptive_min_samples = True, 4
+    np.testing.assert_allclose(flux(render(tmp_path)["Combined"]), flux(still) / 4, rtol=1e-3)
+
+
 def test_the_film_and_surfaces_hide_stars(tmp_path):
     look_at_y()
     make_world(stars="PROCEDURAL", star_count=20000)
