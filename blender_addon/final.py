@@ -260,7 +260,7 @@ class _ViewRender:
         def find(progress: bentlight_native.Progress) -> StarLight:
             images = find_stars(native, data.stars, settings, self._scene.render.threads, progress)
             group = labels.group_index(data.world_group, passes.light_groups(self._view_layer))
-            shown = draw_stars(images, data.stars, settings, self._window)
+            shown = draw_stars(images, data.stars, settings, self._window, self._scene.render.threads, progress)
             return StarLight(shown, self._window[:2], group)
 
         return self._on_a_thread(find)
