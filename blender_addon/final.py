@@ -264,7 +264,8 @@ class _ViewRender:
 
         def find(progress: bentlight_native.Progress) -> StarLight:
             images = find_stars(native, data.stars, settings, threads, progress)
-            return StarLight(draw_stars(images, data.stars, settings, window), window[:2], group)
+            shown = draw_stars(images, data.stars, settings, window, threads, progress)
+            return StarLight(shown, window[:2], group)
 
         return self._on_a_thread(find)
 

@@ -28,7 +28,8 @@ _TILE_SIZE = 32
 _COARSEST = 16  # pixels of the screen that one of the first picture may stand for, in each direction
 _STEP = 2  # each picture is so much finer than the one before
 _FIRST_SECONDS = 0.12  # that the first picture may take
-_STAR_SECONDS = 0.04  # that it may wait for its stars
+_STAR_SECONDS = 0.04  # that it may wait for its stars, as they are expected to take
+_STAR_PATIENCE = 4 * _STAR_SECONDS  # and as they take
 
 
 @dataclass(frozen=True)
@@ -125,7 +126,7 @@ class Progressive:
         scene = wish.edit()
         if scene is None:
             return
-        scale, stars = self._first_scale(wish), _Stars(scene, wish)
+        scale, stars = self._first_scale(wish), _Stars(scene, wish) if _shows_stars(scene, wish) else None
         self._render(scene, wish, scale, stars, may_cancel=False)
         while scale > wish.smallest_pixel:
             scale = max(scale // _STEP, wish.smallest_pixel)
@@ -137,7 +138,9 @@ class Progressive:
             scale *= _STEP
         return scale
 
-    def _render(self, scene: bentlight_native.Scene, wish: Wish, scale: int, stars: _Stars, may_cancel: bool) -> None:
+    def _render(
+        self, scene: bentlight_native.Scene, wish: Wish, scale: int, stars: _Stars | None, may_cancel: bool
+    ) -> None:
         """One picture at 1/scale of the size: a sample a pixel, or if it is the last one all of them."""
         width, height = -(-wish.settings.width // scale), -(-wish.settings.height // scale)
         settings = replace(wish.settings, width=width, height=height)
@@ -149,14 +152,23 @@ class Progressive:
             done = self._take(scene, part, channels, may_cancel or first > 0)
             if first == 0:
                 self._pixels_per_second = width * height / max(time.monotonic() - start, 1e-4)
-            self._find(stars, may_cancel or first > 0)
-            pixels = stars.added(channels["combined"], settings)
-            with self._changed:
-                self._preview = Preview(pixels, first + count if is_last else 0, wish)
-                self._failure = None
-            self._on_picture()
+            made = Preview(channels["combined"], first + count if is_last else 0, wish)
+            is_complete = self._show(made, settings, stars, may_cancel or first > 0)
             if first and not done:
                 break
+        if is_last and not is_complete:  # there is no other picture for its stars to come with
+            self._show(made, settings, stars, may_cancel=True)
+
+    def _show(
+        self, made: Preview, settings: bentlight_native.RenderSettings, stars: _Stars | None, may_cancel: bool
+    ) -> bool:
+        """Shows a copy of a picture with its stars, or False: without, as they take too long for the first one."""
+        pixels = self._starry(made.pixels, settings, stars, may_cancel) if stars else made.pixels.copy()
+        with self._changed:
+            self._preview = replace(made, pixels=made.pixels.copy() if pixels is None else pixels)
+            self._failure = None
+        self._on_picture()
+        return pixels is not None
 
     def _take(
         self,
@@ -172,15 +184,29 @@ class Progressive:
             wait(works)  # all: the next edit must find nobody at work
             return sum(work.result() for work in works)
 
-    def _find(self, stars: _Stars, may_cancel: bool) -> None:
-        """Finds the stars of a picture; of the first one, which waits for nothing, if that is quick."""
-        count = stars.wanted
-        if not count or not (may_cancel or count < self._stars_per_second * _STAR_SECONDS):
-            return
-        start = time.monotonic()
+    def _starry(
+        self, pixels: np.ndarray, settings: bentlight_native.RenderSettings, stars: _Stars, may_cancel: bool
+    ) -> np.ndarray | None:
+        """A copy of a picture's pixels with its stars; of the first one, which waits for nothing, None unless that is
+        quick, as expected and then in truth: the scene may have changed."""
+        count, start = stars.wanted, time.monotonic()
+        if not may_cancel and count > self._stars_per_second * _STAR_SECONDS:
+            return None
         with self._cancellable(may_cancel) as progress:
-            stars.find(self._threads, progress)
-        self._stars_per_second = count / max(time.monotonic() - start, 1e-4)
+            patience = threading.Timer(_STAR_PATIENCE, progress.cancel)
+            if not may_cancel:
+                patience.start()
+            try:
+                pixels = stars.added(pixels, settings, self._threads, progress)
+            except bentlight_native.Cancelled:
+                if may_cancel:
+                    raise
+                pixels = None
+            finally:
+                patience.cancel()
+        if count:
+            self._stars_per_second = progress.done / max(time.monotonic() - start, 1e-4)
+        return pixels
 
     @contextmanager
     def _cancellable(self, may_cancel: bool) -> Iterator[bentlight_native.Progress]:
@@ -197,6 +223,10 @@ class Progressive:
                 self._progress = None
 
 
+def _shows_stars(scene: bentlight_native.Scene, wish: Wish) -> bool:
+    return wish.stars is not None and len(wish.stars.directions) > 0 and scene.shows_stars()
+
+
 class _Stars:
     """The stars of a wish: found once, and drawn for each size of its picture."""
 
@@ -204,18 +234,27 @@ class _Stars:
         self._scene, self._wish = scene, wish
         self._images: bentlight_native.StarImages | None = None
         self._shown: np.ndarray | None = None
-        self.wanted = len(wish.stars.directions) if wish.stars and scene.shows_stars() else 0  # still to be found
 
-    def find(self, threads: int, progress: bentlight_native.Progress) -> None:
-        """Finds them in the picture of full size. Cancelled if another thread cancels `progress`."""
-        self._images, self.wanted = find_stars(self._scene, self._wish.stars, self._wish.settings, threads, progress), 0
+    @property
+    def wanted(self) -> int:
+        """How many are still to be found."""
+        return len(self._wish.stars.directions) if self._images is None else 0
 
-    def added(self, pixels: np.ndarray, settings: bentlight_native.RenderSettings) -> np.ndarray:
-        """A copy of the pixels of a picture with these settings, with what is found of its stars."""
+    def added(
+        self,
+        pixels: np.ndarray,
+        settings: bentlight_native.RenderSettings,
+        threads: int,
+        progress: bentlight_native.Progress,
+    ) -> np.ndarray:
+        """A copy of the pixels of a picture with these settings, with its stars. Cancelled if another thread cancels
+        `progress`, which counts those found."""
+        stars = self._wish.stars
         if self._images is None:
-            return pixels.copy()
+            self._images = find_stars(self._scene, stars, self._wish.settings, threads, progress)
         if self._shown is None or self._shown.shape[:2] != pixels.shape[:2]:
-            self._shown = draw_stars(self._images, self._wish.stars, settings, (0, 0, settings.width, settings.height))
+            window = 0, 0, settings.width, settings.height
+            self._shown = draw_stars(self._images, stars, settings, window, threads, progress)
         lit = bentlight_native.with_stars({"combined": pixels}, self._shown, settings.film_transparent)
         return lit["combined"].copy() if settings.film_transparent else lit["combined"]
 

@@ -9,8 +9,8 @@
  *   <path><slice>_<band>_cells: a number a pixel: -1, or that of its cell in the fine maps, where the image is compressed;
  *   <path><slice>_<band>_direction, _place: parts x parts for each pixel;
  *   <path><slice>_<band>_fine_direction, _fine_place: fine x fine for each cell.
- * The length of a direction is how bright the light that comes that way is to the camera; 0: none comes. Times 2^64: from the
- * sky. Then the place is not in the maps but far away, along the direction: what nobody reads takes no memory.
+ * The length of a direction is how bright the light that comes that way is to the camera, 1e-8 or more; 0: none comes. Times
+ * 2^64: from the sky. Then the place is not in the maps but far away, along the direction: what nobody reads takes no memory.
  *
  * Accretion disks are no surfaces to Cycles: the core has evaluated them where rays cross them. Only if there are any, each
  * set has as many values of

@@ -124,11 +124,11 @@ def _instances(depsgraph: bpy.types.Depsgraph, cores: list[_Core]) -> Iterator[F
         mesh = obj.data.as_pointer()
         if mesh not in local:
             local[mesh] = _box_ball(obj)
-        for found in _mesh(obj, instance.matrix_world, _placed(local[mesh], instance.matrix_world), cores, parent):
-            key = obj.name, parent.name, found.about[0]
-            if key not in told:
-                told.add(key)
-                yield found
+        world = instance.matrix_world
+        untold = [core for core in cores if (obj.name, parent.name, core[0].name) not in told]  # each reads the mesh
+        for found in _mesh(obj, world, _placed(local[mesh], world), untold, parent):
+            told.add((obj.name, parent.name, found.about[0]))
+            yield found
 
 
 def _mesh(

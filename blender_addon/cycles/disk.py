@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 from bentlight_native import disk_drawn_radius
 
+from ..report import told
 from ..sync import disk, thermal
 from ..sync.disk_program import ramp_table
 from ..sync.images import has_associated_alpha, image_pixels
@@ -43,10 +44,11 @@ def warnings(hole: bpy.types.Object) -> list[str]:
     if not hole.bentlight.disk.enable or hole.bentlight.kind != "BLACK_HOLE":
         return []
     if not is_shown(hole):
-        return [f"The disk of '{hole.name}' is not seen: it has no color ramp, image or material"]
+        return [told("The disk of '{}' is not seen: it has no color ramp, image or material", hole.name)]
     lost = disk_material.scattering_nodes(material(hole)) if material(hole) else []
     if lost:
-        return [f"The disk of '{hole.name}' only shines in Cycles; what scatters there is left out: {', '.join(lost)}"]
+        text = "The disk of '{}' only shines in Cycles; what scatters there is left out: {}"
+        return [told(text, hole.name, ", ".join(lost))]
     return []
 
 

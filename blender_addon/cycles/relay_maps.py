@@ -44,6 +44,7 @@ _LENS = np.array([[0.7548776662466927, 0.5698402909980532], [0.5698402909980532,
 _APART = 1_000_003  # parts, between the lattices of neighboring slices
 _LOST, _SEEN, _HIDDEN = range(3)  # how rays end: seen by nobody, on their last leg, in a disk that lets nothing pass
 _LARGEST = np.finfo(np.float16).max  # radiance of disks in the maps
+_DIMMEST = 1e-8  # that is told of light: times _TO_SKY it must still be longer than all that comes from surfaces
 
 
 @dataclass(frozen=True)
@@ -233,10 +234,11 @@ class _Tracer:
         brightness = self._scene.shift_light(
             origins, directions, hits["position"], hits["direction"], hits["fate"] != HIT
         )
-        traced.legs.direction *= brightness[:, None].astype(np.float32)
         if self.sees_disks:
             traced.layers = np.where(exists, hits["layers"], 0)
-            _add_disks(traced.legs, hits, exists)
+            brightness = brightness * _add_disks(traced.legs, hits, exists)
+        brightness = np.where(brightness < _DIMMEST, 0, brightness)
+        traced.legs.direction *= brightness[:, None].astype(np.float32)
         return traced
 
     def _moved(self, origins: np.ndarray, directions: np.ndarray, number: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -279,13 +281,13 @@ def _joined(pieces: list[_Traced]) -> _Traced:
     return _Traced(_Legs(**{name: join(name, legs) for name in vars(legs[0])}), **rest)
 
 
-def _add_disks(legs: _Legs, hits: dict[str, np.ndarray], exists: np.ndarray) -> None:
-    """What disks do to light, in legs that know nothing of them."""
+def _add_disks(legs: _Legs, hits: dict[str, np.ndarray], exists: np.ndarray) -> np.ndarray:
+    """What disks do to light, in legs that know nothing of them. Not how much they let through: that is returned."""
     passes = hits["transmission"]
     brightest = passes.max(axis=1, keepdims=True)
-    legs.direction *= brightest.astype(np.float32)
     legs.glow = np.where(exists[:, None], np.clip(hits["glow"], 0, _LARGEST), 0).astype(np.float16)
     legs.tint = np.divide(passes, brightest, out=np.ones_like(passes), where=brightest > 0).astype(np.float16)
+    return brightest[:, 0]
 
 
 def _write_band(tracer: _Tracer, prefix: Path, number: int, band: int) -> RelayMaps:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from blender_addon import checks
-from blender_addon.checks import inside
+from blender_addon.checks import inside, spacetimes
 from blender_addon.sync.scene_data import SpacetimeData
 from tests.engine import stage
 
@@ -106,6 +106,22 @@ def test_instances_of_geometry_nodes(hole):
     assert texts() == ["'Host' reaches into 'Hole': what is inside is not seen"]
     host.hide_render = True
     assert texts() == []
+
+
+def test_what_is_told_of_many_instances_is_read_once(hole, monkeypatch):
+    """Of each core: what is inside one hole is yet to be told of another."""
+    bpy.ops.bentlight.black_hole_add(mass=2.0, location=(9, 0, 0))
+    bpy.context.object.name = "Other"
+    stone = stage.add_square(0.2, (0, 9, 9), name="Stone")
+    stone.hide_render = True
+    host = stage.add_mesh("Host", [(x + 0.01 * i, 0, 0) for x in (0, 9) for i in range(20)], [])
+    scatter(host, "GeometryNodeObjectInfo", Object=stone, As_Instance=True)
+    read, geometry = [], spacetimes._geometry
+    monkeypatch.setattr(spacetimes, "_geometry", lambda obj, matrix: read.append(obj.name) or geometry(obj, matrix))
+    assert texts() == [
+        f"Instance of 'Stone' by 'Host' is inside '{name}' and is not seen" for name in ("Hole", "Other")
+    ]
+    assert read.count("Stone") == 2
 
 
 def test_instances_of_collections_and_meshes_of_texts(hole):

@@ -2,14 +2,17 @@
 
 import threading
 import time
+from dataclasses import replace
 
 import bentlight_native
 import numpy as np
 import pytest
+from bentlight_native import Aperture
 
 from blender_addon import progressive
 from blender_addon.progressive import Progressive, Wish
 from blender_addon.sync.scene_data import StarData
+from blender_addon.sync.star_images import draw_stars, find_stars
 from tests.engine.test_session import glowing_scene, settings
 
 
@@ -223,12 +226,90 @@ def test_a_camera_that_sees_no_stars_or_a_transparent_film(watcher):
         np.testing.assert_allclose(watcher.pictures[-1].pixels, whole["combined"], rtol=1e-5, atol=1e-6)
 
 
-def test_another_wish_does_not_wait_for_stars(watcher):
-    """A million of them take seconds."""
-    scene = open_scene()
-    watcher.progressive.render(Wish(lambda: scene, settings(sample_count=4), 1, sky_of_stars(1_000_000)))
-    watcher.wait(lambda: watcher.pictures)
-    asked = time.monotonic()
-    watcher.progressive.render(Wish(lambda: scene, settings(sample_count=3)))
-    watcher.wait(lambda: watcher.pictures[-1].samples == 3)
-    assert time.monotonic() - asked < 1
+def endless(monkeypatch, name, times=None):
+    """Makes finding or drawing stars end by being cancelled alone, so many times or always: that it has begun, and how
+    it has ended."""
+    begun, ended, real = threading.Event(), [], getattr(progressive, name)
+
+    def work(*args):
+        if len(ended) == times:
+            return real(*args)
+        begun.set()
+        end = time.monotonic() + 60
+        while not args[-1].cancelled and time.monotonic() < end:
+            time.sleep(0.002)
+        ended.append("cancelled" if args[-1].cancelled else "never")
+        raise bentlight_native.Cancelled("as asked")
+
+    monkeypatch.setattr(progressive, name, work)
+    return begun, ended
+
+
+def test_another_wish_does_not_wait_for_stars(watcher, monkeypatch):
+    """It ends the finding and the drawing of those of the picture before."""
+    for name in ("find_stars", "draw_stars"):
+        begun, ended = endless(monkeypatch, name)
+        scene = open_scene()
+        watcher.progressive._stars_per_second = 1.0
+        watcher.progressive.render(Wish(lambda scene=scene: scene, settings(sample_count=4), 1, sky_of_stars(2000)))
+        assert begun.wait(60)
+        assert [picture.samples for picture in watcher.pictures[-1:]] == [1] and not ended
+        watcher.progressive.render(Wish(lambda scene=scene: scene, settings(sample_count=3)))
+        watcher.wait(lambda: watcher.pictures[-1].samples == 3)
+        assert ended == ["cancelled"]
+        monkeypatch.undo()
+
+
+@pytest.mark.parametrize("name", ["find_stars", "draw_stars"])
+def test_stars_that_take_longer_than_expected_come_with_the_next_picture(watcher, monkeypatch, name):
+    """The first picture ends the wait itself; that such stars are slow is known then."""
+    scene, wanted, stars = open_scene(), settings(width=60, height=44, sample_count=4), sky_of_stars(2000)
+    plain = {"combined": np.zeros((44, 60, 4), np.float32)}
+    scene.render_tile(0, 0, 60, 44, replace(wanted, sample_count=1), plain)
+    begun, ended = endless(monkeypatch, name, times=1)
+    watcher.progressive._stars_per_second = watcher.progressive._pixels_per_second = 1e9
+    rates, show = [], watcher.progressive._show
+
+    def recorded(*args, **named):
+        done = show(*args, **named)
+        rates.append(watcher.progressive._stars_per_second)
+        return done
+
+    monkeypatch.setattr(watcher.progressive, "_show", recorded)
+    watcher.progressive.render(Wish(lambda: scene, wanted, 1, stars))
+    watcher.wait(lambda: watcher.pictures and watcher.pictures[-1].samples == 4)
+    assert begun.is_set() and ended == ["cancelled"]
+    np.testing.assert_allclose(watcher.pictures[0].pixels, plain["combined"], rtol=1e-5, atol=1e-6)
+    np.testing.assert_allclose(watcher.pictures[-1].pixels, starry(scene, wanted, stars), rtol=1e-5, atol=1e-6)
+    assert rates[0] * progressive._STAR_SECONDS < 2000
+
+
+@pytest.mark.parametrize("stars_per_second", [1e9, 1.0], ids=["at once", "later"])
+def test_the_only_picture_gets_its_stars(watcher, stars_per_second):
+    """One sample at full size from the first: no picture comes after it, unless it had to be shown without them."""
+    scene, wanted, stars = open_scene(), settings(width=60, height=44, sample_count=1), sky_of_stars(2000)
+    watcher.progressive._stars_per_second, watcher.progressive._pixels_per_second = stars_per_second, 1e9
+    watcher.progressive.render(Wish(lambda: scene, wanted, 1, stars))
+    expected = starry(scene, wanted, stars)
+    watcher.wait(lambda: watcher.pictures and np.allclose(watcher.pictures[-1].pixels, expected, 1e-5, 1e-6))
+    assert [picture.samples for picture in watcher.pictures][-1] == 1
+
+
+@pytest.mark.parametrize("aperture", [None, Aperture(0.05, 3.0)])
+def test_stars_are_drawn_in_bands_as_at_once(aperture):
+    """In a window of more than one band, on any number of threads; not if that is cancelled."""
+    scene, stars, wanted = open_scene(), sky_of_stars(2000), settings(width=60, height=200)
+    scene.set_camera("PERSPECTIVE", look_from(5.0), (-0.7, 0.7, -0.5, 0.5), aperture=aperture)
+    scene.commit()
+    images = find_stars(scene, stars, wanted, 2)
+    assert bool(images.seen.size) == bool(aperture)
+    window = 7, 11, 50, 170
+    light = images.light(stars.irradiance)
+    whole = images.draw(light, (60, 200), window, wanted.filter, wanted.filter_width)
+    assert (whole > 0).any(axis=(1, 2)).mean() > 0.5
+    for threads in (1, 3):
+        assert (draw_stars(images, stars, wanted, window, threads) == whole).all()
+    progress = bentlight_native.Progress()
+    progress.cancel()
+    with pytest.raises(bentlight_native.Cancelled):
+        draw_stars(images, stars, wanted, window, 2, progress)

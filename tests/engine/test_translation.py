@@ -7,6 +7,7 @@ import bpy
 import pytest
 
 from blender_addon import report
+from blender_addon.cycles.disk import warnings as disk_warnings
 from blender_addon.report import RenderError, Reporter, told
 from tests.engine.stage import add_camera, add_square, render
 
@@ -15,6 +16,12 @@ WORDS = {
     "Object '{}': its transform is not finite": "Objekt '{}': seine Lage ist nicht endlich",
     "{}, node '{}': {}": "{}, Knoten '{}': {}",
     "Material '{}'": "Werkstoff '{}'",
+    "The disk of '{}' is not seen: it has no color ramp, image or material": (
+        "Die Scheibe von '{}' fehlt: ohne Farbband, Bild oder Werkstoff"
+    ),
+    "The disk of '{}' only shines in Cycles; what scatters there is left out: {}": (
+        "Die Scheibe von '{}' leuchtet nur in Cycles; es fehlt: {}"
+    ),
     "'{}' is not supported yet; left out": "'{}' fehlt noch; ausgelassen",
 }
 
@@ -57,6 +64,19 @@ def test_errors_and_warnings_are_told_in_the_users_language(german):
     assert said == ["'Nebel' fehlt noch; ausgelassen"]
     assert str(RenderError("Object '{}': its transform is not finite", "Ball {")).startswith("Objekt 'Ball {'")
     assert told("no such text of anyone's {}", 3) == "no such text of anyone's 3" and told("") == ""
+
+
+def test_what_cycles_does_not_show_is_told_in_the_users_language(german):
+    bpy.ops.bentlight.black_hole_add()
+    hole = bpy.context.object
+    hole.name = "Loch"
+    disk = hole.bentlight.disk
+    disk.enable, disk.emission, disk.material = True, "MATERIAL", None
+    assert disk_warnings(hole) == ["Die Scheibe von 'Loch' fehlt: ohne Farbband, Bild oder Werkstoff"]
+    disk.material = bpy.data.materials.new("Staub")
+    disk.material.use_nodes = True
+    disk.material.node_tree.nodes.new("ShaderNodeBsdfDiffuse")
+    assert disk_warnings(hole) == ["Die Scheibe von 'Loch' leuchtet nur in Cycles; es fehlt: Diffuse BSDF"]
 
 
 def test_a_render_warns_in_the_users_language(german, tmp_path, capfd):

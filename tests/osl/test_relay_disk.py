@@ -3,6 +3,7 @@
 import bpy
 import numpy as np
 import pytest
+from bentlight_native.exr import read_exr
 from test_disk_pictures import layered_material, smooth_image
 
 from blender_addon.cycles import relay, relay_operators, render_state
@@ -117,6 +118,26 @@ def test_maps_hold_no_more_than_there_is():
     disk.enable = False
     bake(scene)
     assert not sizes("tint") and not sizes("glow") and sizes("direction")
+
+
+def test_a_disk_through_which_almost_nothing_passes_lets_nothing_pass():
+    """Twice a ten-millionth of the sky: told as the length of a direction, it would be taken for light from a surface,
+    many million times as bright."""
+    shining_room()
+    disk = add_disk(emission="RAMP").bentlight.disk
+    disk.opacity, disk.softness = 1 - 2.0**-22, 0.0
+    scene = cycles()
+    scene.bentlight.relay_parts = 2
+    bpy.ops.bentlight.relay_setup()
+    files = relay._baked[scene.camera.name][1].files
+    maps = [read_exr(file)[0] for file in files if "direction" in file.name]
+    length = np.concatenate(
+        [np.linalg.norm([channel.ravel().astype(float) for channel in m.values()], axis=0) for m in maps]
+    )
+    assert (length == 0).any() and (length > 1e18).any()
+    once = length[(length > 1e11) & (length < 1e15)]
+    assert len(once) > 100, "the sky through one opaque sheet"
+    assert not ((length > 2) & (length < 1e11)).any()
 
 
 def test_what_the_core_cannot_show_is_said():

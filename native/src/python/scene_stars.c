@@ -157,7 +157,7 @@ PyMethodDef scene_star_methods[] = {{"_find_stars", find_stars, METH_VARARGS, NU
                                     {"_trace_star_cells", trace_star_cells, METH_VARARGS, NULL},
                                     {"shows_stars", shows_stars, METH_NOARGS,
                                      "shows_stars() -> bool\n\nWhether there is a camera in whose picture stars have a "
-                                     "place: not so for orthographic ones, nor yet for panoramas."},
+                                     "place: not so for orthographic ones."},
                                     {0}};
 PyMethodDef star_functions[] = {{"draw_stars", draw_stars, METH_VARARGS,
                                  "draw_stars(places, light, blur, width, height, filter, filter_width, tile, pixels)\n\n"
