@@ -146,7 +146,7 @@ def unit(vectors: np.ndarray) -> np.ndarray:
 def draw_points(size: tuple[int, int], pixels: np.ndarray, light: np.ndarray) -> np.ndarray:
     """(height, width, 3): points at pixel coordinates (n, 2), each as bright as one pixel of its light (n, 3)."""
     count = len(pixels)
-    images = StarImages(np.arange(count), pixels / size, np.ones((count, 3)), np.ones(count), np.zeros(count))
+    images = StarImages.sharp(np.arange(count), pixels / size, np.ones((count, 3)), np.ones(count), np.zeros(count))
     return images.draw(light / (size[0] * size[1]), size, (0, 0, *size))
 
 

@@ -197,6 +197,42 @@ def test_lenses_of_cameras_do_not_hide_images():
     assert np.median(np.abs(sharp - blurred)[wall]) < 0.02 * np.median(np.abs(sharp)[wall])
 
 
+@pytest.mark.parametrize("ratio", [1.0, 0.5])
+def test_what_is_out_of_focus_moves_too(ratio):
+    """Of a wall much nearer than what is sharp every sample tells, and all the same, as the wall faces the camera."""
+    lenses = {0.0: None, 0.05: None}
+    for radius in lenses:
+        scene, other = new_scene(), Scene()
+        add(scene, quad(5, 5), diffuse((0.5, 0.5, 0.5)))
+        for each in (scene, other):
+            aperture = Aperture(radius, 10.0, ratio=ratio)
+            each.set_camera("PERSPECTIVE", placed(0, 0, 2), (-0.5, 0.5, -0.5, 0.5), aperture=aperture)
+            each.commit()
+        scene.set_motion(Moment(other, [placed(-0.1, 0, 0)]), Moment(other, [placed(0.1, 0, 0)]))
+        lenses[radius], _ = render(scene, SIZE, SIZE, 4, names=NAMES, tolerance=1e-5)
+    for channels in lenses.values():
+        assert (channels["vector_weight"] == 1).all()
+        np.testing.assert_allclose(channels["vector"], np.broadcast_to((-1, 0, -1, 0), (SIZE, SIZE, 4)), atol=1e-4)
+
+
+def test_samples_that_know_nothing_do_not_shorten_vectors():
+    """Pixels that show both what will be behind the camera, where it has no image, and what will not."""
+    scene, other = new_scene(), Scene()
+    for side in (-3, 3):
+        add(scene, quad(3, 5), diffuse((0.5, 0.5, 0.5)), at=placed(side + 0.03, 0, 0))
+    for each in (scene, other):
+        each.set_camera("PERSPECTIVE", placed(0, 0, 2), (-0.5, 0.5, -0.5, 0.5))
+        each.commit()
+    moved = Moment(other, [placed(-2.87, 0, 0), placed(3.03, 0, 5)])
+    scene.set_motion(moved, moved)
+    channels, _ = render(scene, SIZE, SIZE, 4, names=NAMES, filter="BOX")
+    vector, weight = channels["vector"] / channels["vector_weight"], channels["vector_weight"][..., 0]
+    partly = (weight > 0.1) & (weight < 0.9)
+    assert 5 < partly.sum() < 2 * SIZE and (weight > 0.9).sum() > 100 and (weight < 0.1).sum() > 100
+    np.testing.assert_allclose(vector[weight > 0.1], [(1, 0, -1, 0)] * (weight > 0.1).sum(), atol=1e-3)
+    assert not vector[weight < 0.1].any()
+
+
 def test_counts_and_views_are_checked():
     scene, other = scene_of(0, [], "PERSPECTIVE"), Scene()
     with pytest.raises(RuntimeError, match="committed"):
@@ -205,6 +241,8 @@ def test_counts_and_views_are_checked():
     other.commit()
     with pytest.raises(ValueError, match="vertices"):
         scene.set_motion(Moment(other, [], [np.zeros((3, 3), np.float32)]), Moment(other))
+    with pytest.raises(ValueError, match="vertices"):
+        scene.set_motion(Moment(other, [], [np.full((4, 3), np.nan, np.float32)]), Moment(other))
     scene.set_motion(Moment(other), Moment(other))
     settings = RenderSettings(SIZE, SIZE)
     scene.render_tile(0, 0, SIZE, SIZE, settings, {"vector": np.zeros((SIZE, SIZE, 4), np.float32)})

@@ -112,14 +112,18 @@ def test_convex_object_under_an_even_sky():
 
 
 def test_glass_under_an_even_sky_keeps_its_light():
-    """A smooth dielectric neither adds nor takes light. Total reflection holds some paths for thousands of bounces."""
+    """A smooth dielectric neither adds nor takes light in the mean: its fainter way is drawn more often than it takes light.
+    Total reflection holds some paths for thousands of bounces.
+    """
     scene = new_scene((1, 1, 1))
     add(scene, meshes.sphere(segments=64, rings=32), glass((1, 1, 1), 0.0, 1.5))
     perspective(scene, look_at((4, 0, 0), (0, 0, 0)), half=0.2)
     scene.commit()
     many = dict.fromkeys(("max_bounces", "glossy_bounces", "transmission_bounces", "roulette_start"), 15000)
-    channels, _ = render(scene, samples=16, **many)
-    assert channels["combined"] == pytest.approx(1, rel=1e-6)
+    means = [render(scene, samples=16, seed=seed, **many)[0]["combined"][..., 0].mean() for seed in range(16)]
+    error = np.std(means, ddof=1) / np.sqrt(len(means))
+    assert error < 1e-3
+    assert abs(np.mean(means) - 1) < 5 * error
 
 
 def test_integrating_sphere():

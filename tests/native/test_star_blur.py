@@ -1,6 +1,8 @@
 """Stars out of focus: figures of the lens of the size that the thin lens' formula gives, with exactly the star's light,
 as nearby as holes let them seem, and hidden where the rest of the picture is."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from bentlight_native import Aperture, Cancelled, Progress, Spacetime
@@ -147,6 +149,46 @@ def test_each_place_on_the_lens_sees_a_star_where_a_pinhole_there_does(name):
     assert curved < 1e-6 if spacetime is None else curved > 0.3
 
 
+@pytest.mark.parametrize("focus", [1.0, 1e3, 1e6, 1e9])
+def test_what_is_sharp_moves_figures_alike(focus):
+    """A lens in focus at infinity shows a star around a hole as large as what is as near as that is; another focus adds
+    to the parallax of all images alike."""
+    star, parallax = unit(np.array([0.2, 1, -0.1])), []
+    for each in (FOCUS, focus):
+        scene = sky_scene(Aperture(0.02, each), SCENES["schwarzschild"][0], window=(-0.7, 0.7, -0.7, 0.7))
+        images = committed(scene).find_stars([star], SIZE)
+        parallax.append(images.parallax - np.eye(2) / (1.4 * each))
+    assert len(images) > 1 and len(parallax[0]) == len(parallax[1])
+    assert (np.abs(parallax[0]).max(axis=(1, 2)) > 0.3 / (1.4 * FOCUS)).all()
+    np.testing.assert_allclose(parallax[1], parallax[0], rtol=1e-3, atol=1e-4 / FOCUS)
+
+
+def test_stars_beside_the_picture_reach_into_it_by_a_hole():
+    """A lens in focus far behind a hole blurs an image by it as if nearby, by pixels: its edge is only one away."""
+    star = unit(np.array([0.2, 1, -0.1]))
+    wide = committed(sky_scene(None, SCENES["schwarzschild"][0], window=(-0.7, 0.7, -0.7, 0.7)))
+    images = wide.find_stars([star], SIZE)
+    place = images.place[images.throughput[:, 0].argmax()] * 1.4 - 0.7
+    left = place[0] + 0.0002
+    scene = sky_scene(
+        Aperture(0.02, 1e5),
+        SCENES["schwarzschild"][0],
+        window=(left, left + 2 * HALF, place[1] - HALF, place[1] + HALF),
+    )
+    images = committed(scene).find_stars([star], SIZE, margin=0.5)
+    assert len(images) == 1 and -0.1 < images.place[0, 0] < 0
+    assert flux(drawn(images), images)[0] > 0.05 * images.light([(1, 1, 1)])[0, 0] * images.solid_angle[0]
+
+
+@pytest.mark.parametrize("radius", 10.0 ** np.arange(-19, -13))
+def test_figures_as_small_as_rounding_keep_their_light(radius):
+    """Through a lens that is all but closed."""
+    scene = committed(sky_scene(Aperture(radius, FOCUS)))
+    for star in unit(-EYE + [[0, 0, 0], [0.0146, 0.004, -0.0063]]):
+        images = scene.find_stars([star], SIZE)
+        np.testing.assert_allclose(flux(drawn(images), images), (1, 2, 0.5), rtol=1e-6)
+
+
 @pytest.mark.parametrize("hides", [False, True], ids=["free", "hidden"])
 def test_a_star_is_drawn_as_many_pinholes_see_it(hides):
     """Around a hole, and behind panes not far from the lens of which one hides what is there and one dims it: to half a
@@ -244,6 +286,28 @@ def test_the_picture_does_not_depend_on_tiles_or_threads():
     for x, y, width, height in [(0, 0, 16, 21), (16, 3, 5, 7), (47, 40, 1, 8)]:
         tile = one.draw(light, SIZE, (x, y, width, height))
         assert tile.any() and (tile == whole[y : y + height, x : x + width]).all()
+
+
+def test_bad_lenses_are_refused():
+    """By the methods that the numpy-facing ones stand on."""
+    places, parallax, corners = np.full((1, 2), 0.5), np.zeros((1, 2, 2)), np.empty((9, 9, 2))
+    seen, point, nothing = np.empty((1, 8, 8, 3), np.float32), np.empty((1, 1, 2)), np.empty((1, 0, 0, 3), np.float32)
+    lens = sky_scene(Aperture(1e-6, FOCUS))
+    with pytest.raises(RuntimeError, match="commit"):
+        lens._trace_star_cells(places, parallax, (*SIZE, 0, 1e-4, 8), corners, seen, None)
+    lens.commit()
+    wrong = {"1 to 65536": (0, 8, 0, 1e-4, 8), "tolerance": (8, 8, 0, 0, 8), "margin": (8, 8, -1, 1e-4, 8)}
+    for message, view in wrong.items():
+        with pytest.raises(ValueError, match=message):
+            lens._trace_star_cells(places, parallax, view, corners, seen, None)
+    with pytest.raises(ValueError, match="cells"):
+        committed(sky_scene(None))._trace_star_cells(places, parallax, (*SIZE, 0, 1e-4, 8), point, nothing, None)
+    with pytest.raises(RuntimeError, match="no camera"):
+        committed(new_scene())._trace_star_cells(places, parallax, (*SIZE, 0, 1e-4, 8), point, nothing, None)
+    images = lens.find_stars([unit(-EYE)], SIZE)
+    for shape in ((0, 9, 2), (9, 0, 2), (1, 9, 2)):
+        with pytest.raises(ValueError, match="corners"):
+            drawn(replace(images, lens=np.empty(shape)))
 
 
 def test_a_cancel_is_obeyed():

@@ -28,7 +28,7 @@ typedef struct bent_star_view {
 typedef struct bent_star_images {
   int32_t *count;         /* (n) */
   double (*place)[2];     /* in the picture, in [0, 1] from its left and bottom edges; a margin beyond */
-  double (*throughput)[3]; /* magnification, times what transparent surfaces in front let through; linear RGB */
+  double (*throughput)[3]; /* magnification, times what transparent surfaces in front of a pinhole let through; linear RGB */
   double (*parallax)[2][2]; /* [coordinate][axis]: change of the place per scene unit along an axis of the lens; 0 for a pinhole */
   double *solid_angle;    /* of directions per area of the picture there, which is 1 as a whole */
   double *swept;          /* about spacetime objects, radians: in [0, pi] the primary image, in [pi, 2 pi] the secondary ... */
@@ -57,10 +57,11 @@ int bent_scene_shows_stars(const bent_scene *scene);
 
 /* How many cells along both sides of the lens there are for a picture of that size; 0, 0 for a pinhole. */
 void bent_scene_star_cells(const bent_scene *scene, uint32_t width, uint32_t height, uint32_t cells[2]);
-/* The cells' corners, places on the lens in scene units, (cells[0] + 1, cells[1] + 1). */
+/* The cells' corners, places on the lens in scene units, (cells[0] + 1, cells[1] + 1); of a pinhole nothing is written. */
 void bent_scene_star_lens(const bent_scene *scene, const uint32_t cells[2], double (*corners)[2]);
 /* seen, (n, cells[0], cells[1], 3): what surfaces let through on the way from images to cells, by rays to cells' middles: to
- * every third one along both sides, and to the others where those do not all see the same. */
+ * every third one along both sides, and to the others where those do not all see the same. Errors as of
+ * bent_scene_find_stars; for a pinhole, which has no cells, BENT_ERROR_ARGUMENT. */
 bent_status bent_scene_trace_star_cells(const bent_scene *scene, size_t n, const double (*places)[2],
                                         const double (*parallax)[2][2], const bent_star_view *view,
                                         const uint32_t cells[2], float (*seen)[3], bent_progress *progress,

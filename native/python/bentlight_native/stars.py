@@ -44,6 +44,15 @@ class StarImages:
     def __len__(self) -> int:
         return len(self.star)
 
+    @classmethod
+    def sharp(
+        cls, star: ArrayLike, place: ArrayLike, throughput: ArrayLike, solid_angle: ArrayLike, swept: ArrayLike
+    ) -> "StarImages":
+        """Images of a pinhole, from what the camera's lens plays no part in."""
+        count = len(star)
+        no_cells = np.zeros((count, 0, 0, 3), np.uint8), np.zeros((1, 1, 2))
+        return cls(star, place, throughput, solid_angle, swept, np.zeros((count, 2, 2)), *no_cells)
+
     def part(self, which: slice | NDArray) -> "StarImages":
         """Those of the images that a slice, mask or list of numbers chooses."""
         return StarImages(*(getattr(self, field.name)[which] for field in fields(self)[:-1]), self.lens)

@@ -113,4 +113,6 @@ static inline int geometry_material(const geometry *g, const instance *i, int tr
 void lenses_free(lens *lenses, size_t count);
 /* The lens whose sphere contains the world point, or NULL where space is flat. */
 const lens *geometry_lens_at(const geometry *g, vec3 position);
+/* The distance of a world point from the nearest center of a lens that bends; INFINITY where there is none. */
+double geometry_lens_distance(const geometry *g, vec3 position);
 #endif

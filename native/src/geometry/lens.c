@@ -157,3 +157,11 @@ const lens *geometry_lens_at(const geometry *g, vec3 position)
   }
   return NULL;
 }
+
+double geometry_lens_distance(const geometry *g, vec3 position)
+{
+  double least = INFINITY;
+  for (size_t i = 0; i < g->lens_count; i++)
+    if (!g->lenses[i].flat) least = min2(least, v3_length(v3_sub(position, g->lenses[i].center)));
+  return least;
+}

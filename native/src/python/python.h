@@ -81,7 +81,7 @@ int state_get(buffer *out, PyObject *object, const bent_render_settings *setting
 /* The filter of that name, or -1 with a ValueError: scene_render.c. */
 int filter_value(const char *name);
 
-/* Methods of Scene, by topic: scene_geometry.c, scene_shading.c, scene_render.c, scene_stars.c. */
+/* Methods of Scene, by topic: scene_geometry.c, scene_shading.c, scene_render.c, scene_stars.c, scene_labels.c, scene_motion.c. */
 extern PyMethodDef scene_geometry_methods[], scene_shading_methods[], scene_render_methods[], scene_star_methods[],
     scene_label_methods[], scene_motion_methods[];
 /* Functions of the module, by topic. */

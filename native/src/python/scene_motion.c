@@ -35,7 +35,7 @@ static int get_vertices(const bent_scene *scene, PyObject *list, held_moment *h)
   for (Py_ssize_t i = 0; i < h->count; i++) {
     PyObject *item = PySequence_GetItem(list, i);
     Py_ssize_t shape[] = {(Py_ssize_t)scene->geometry->meshes[i].vertex_count, 3};
-    const int bad = !item || buffer_get(&h->vertices[i], item, "vertices", 'f', 2, shape, BUFFER_OPTIONAL);
+    const int bad = !item || buffer_get(&h->vertices[i], item, "vertices", 'f', 2, shape, BUFFER_OPTIONAL | BUFFER_FINITE);
     Py_XDECREF(item);
     if (bad) return -1;
     h->pointers[i] = buffer_data(&h->vertices[i]);

@@ -78,9 +78,9 @@ static PyObject *trace_star_cells(PyObject *self, PyObject *args)
     bent_error error;
     bent_status status;
     Py_BEGIN_ALLOW_THREADS
-    bent_scene_star_lens(scene, cells, buffer_data(&b[2]));
     status = bent_scene_trace_star_cells(scene, (size_t)pairs[0], buffer_data(&b[0]), buffer_data(&b[1]), &view, cells,
                                          buffer_data(&b[3]), progress, &error);
+    if (!status) bent_scene_star_lens(scene, cells, buffer_data(&b[2]));
     Py_END_ALLOW_THREADS
     result = status ? raise_error(&error) : Py_NewRef(Py_None);
   }
@@ -109,6 +109,7 @@ static int blur_get(blur *out, PyObject *tuple, Py_ssize_t n)
   if (buffer_get(&out->parallax, parallax, "parallax", 'd', 3, matrices, BUFFER_FINITE) ||
       buffer_get(&out->corners, corners, "corners", 'd', 3, grid, BUFFER_FINITE))
     return -1;
+  if (grid[0] < 2 || grid[1] < 2) return PyErr_SetString(PyExc_ValueError, "corners: expected 2 or more along both sides"), -1;
   lights[1] = grid[0] - 1, lights[2] = grid[1] - 1;
   out->cells[0] = (uint32_t)lights[1], out->cells[1] = (uint32_t)lights[2];
   return buffer_get(&out->seen, seen, "seen", 'B', 4, lights, BUFFER_READ);

@@ -12,6 +12,8 @@ enum { SAMPLES = 4, SAMPLES_SLOW = 1 };
 enum { BLOCK = 64 };
 /* Where both are seen in a pixel, surfaces hide how the sky moves: in Cycles it never does. */
 static const float SKY_WEIGHT = 0x1p-16f;
+/* How much less a sample counts whose image is not known in all moments: it must not shorten what others of its pixel tell. */
+static const float UNKNOWN_WEIGHT = 0x1p-16f;
 /* By how much, in swept angle, the image of a place may differ from the ray that found it, which only sees it through
  * another part of the camera's lens; and by how much from one moment to another. Else it is another image: radians. */
 static const double SWEPT_SAME = 0.1, SWEPT_NEAR = 0.5 * M_PI;
@@ -52,23 +54,19 @@ void motion_see_sky(motion_seen *seen, vec3 direction, int far, double swept)
 typedef struct image {
   vec3 place, launch;
   double at[2], swept;
+  double reach; /* by how much launch directions of the two may differ */
   int known;
 } image;
 
-/* How far images may be from those that they are looked for by. */
-typedef struct reach_of_search {
-  double launch, swept; /* radians */
-} reach_of_search;
-
-/* The joint whose image is nearest to `near`; NULL if there is none. */
-static const joint *nearest(const joints *joints, const image *near, const reach_of_search *within)
+/* The joint whose image is nearest to `near`, its swept angle within `within` of that one's; NULL if there is none. */
+static const joint *nearest(const joints *joints, const image *near, double within)
 {
   const joint *found = NULL;
-  double distance = within->launch;
+  double distance = near->reach;
   for (int i = 0; i < joints->count; i++) {
     const joint *j = &joints->list[i];
     const double off = v3_length(v3_sub(j->launch, near->launch));
-    if (fabs(j->swept - near->swept) < within->swept && off < distance) found = j, distance = off;
+    if (fabs(j->swept - near->swept) < within && off < distance) found = j, distance = off;
   }
   return found;
 }
@@ -108,8 +106,8 @@ static int follow(const bent_scene *view, vec3 eye, image *m)
   return 1;
 }
 
-/* Turns images that are known in another moment into those of the moment that `view` shows. */
-static void find_images(const bent_scene *view, int count, int kind, const reach_of_search *within, image *images)
+/* Turns images that are known in another moment into those of the moment that `view` shows, swept angles within `within`. */
+static void find_images(const bent_scene *view, int count, int kind, double within, image *images)
 {
   const camera *camera = view->camera;
   if (camera->settings.kind == BENT_CAMERA_ORTHOGRAPHIC) {
@@ -133,30 +131,47 @@ static void find_images(const bent_scene *view, int count, int kind, const reach
   }
 }
 
+/* The way from one image to another in pixels, times `weight`. */
+static void write_way(const image *from, const image *to, const double size[2], float weight, float out[2])
+{
+  for (int axis = 0; axis < 2; axis++) {
+    const float way = (float)((to->at[axis] - from->at[axis]) * size[axis]);
+    if (isfinite(way)) out[axis] = weight * way;
+  }
+}
+
+/* By how many radians, with some to spare, a ray through the lens' edge may be launched otherwise than that through its middle
+ * to the same place: as if it crossed that at the place, or, if nearer, at what is sharp or at what bends it. */
+static double reach_of_lens(const tracer *t, int kind, vec3 place)
+{
+  const bent_aperture *lens = &t->scene->camera->settings.aperture;
+  if (!(lens->radius > 0)) return 0;
+  double least = min2(lens->focal_distance, geometry_lens_distance(t->scene->geometry, t->eye));
+  if (kind == SEEN_SURFACE) least = min2(least, v3_length(v3_sub(place, t->eye)));
+  return 2 * lens->radius * max2(1, 1 / lens->ratio) / least;
+}
+
 /* Vectors of a few samples that see things of one kind. */
 static void write_block(const tracer *t, int count, int kind, const motion_seen *const *seen, sample_record *const *records)
 {
-  image now[BLOCK], then[BLOCK];
+  image now[BLOCK], then[MOMENTS][BLOCK];
   const double size[2] = {t->settings->width, t->settings->height};
   for (int i = 0; i < count; i++)
     now[i] = (image){.place = seen[i]->place, .launch = seen[i]->launch, .at = {seen[i]->image[0], seen[i]->image[1]},
-                     .swept = seen[i]->swept, .known = 1};
-  const bent_aperture *aperture = &t->scene->camera->settings.aperture;
-  const double beside = aperture->radius > 0 ? 2 * aperture->radius / aperture->focal_distance : 0;
-  const reach_of_search same = {LAUNCH_SAME * t->angle + beside, SWEPT_SAME};
-  const reach_of_search near = {INFINITY, SWEPT_NEAR};
-  find_images(t->scene, count, kind, &same, now);
+                     .swept = seen[i]->swept, .reach = LAUNCH_SAME * t->angle + reach_of_lens(t, kind, seen[i]->place),
+                     .known = 1};
+  find_images(t->scene, count, kind, SWEPT_SAME, now);
   for (int k = 0; k < MOMENTS; k++) {
-    for (int i = 0; i < count; i++) then[i] = now[i], then[i].place = seen[i]->other[k];
-    find_images(t->scene->motion->moments[k].view, count, kind, &near, then);
-    for (int i = 0; i < count; i++) {
-      if (!then[i].known) continue; /* as where it is not now */
-      const float weight = records[i]->value[CHANNEL_VECTOR_WEIGHT][0];
-      for (int axis = 0; axis < 2; axis++) {
-        const float way = (float)((then[i].at[axis] - now[i].at[axis]) * size[axis]);
-        if (isfinite(way)) records[i]->value[CHANNEL_VECTOR][2 * k + axis] = weight * (k ? -way : way);
-      }
-    }
+    image *images = then[k];
+    for (int i = 0; i < count; i++) images[i] = now[i], images[i].place = seen[i]->other[k], images[i].reach = INFINITY;
+    find_images(t->scene->motion->moments[k].view, count, kind, SWEPT_NEAR, images);
+  }
+  for (int i = 0; i < count; i++) {
+    float *weight = records[i]->value[CHANNEL_VECTOR_WEIGHT];
+    if (!then[0][i].known || !then[1][i].known) *weight *= UNKNOWN_WEIGHT;
+    float *out = records[i]->value[CHANNEL_VECTOR];
+    for (int k = 0; k < MOMENTS; k++)
+      if (then[k][i].known) write_way(&now[i], &then[k][i], size, k ? -*weight : *weight, out + 2 * k);
   }
 }
 

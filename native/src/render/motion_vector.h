@@ -4,8 +4,8 @@
  * Through a lens things move otherwise than without: of the same place on a surface, or of the same direction of the sky, the
  * image is looked for in all three moments, each with its own camera and its own bent space: among all that are known
  * (light/join.h), or by following the ray (light/join_follow.h). Of several images of the present the one is taken that the
- * path's own ray is, and in the other moments that next to it. Nothing moves where one of them is not known: the ray's own
- * kind of image is not listed, or there is none in the other moment. */
+ * path's own ray is, and in the other moments that next to it. A sample tells nothing, and hardly
+ * counts, where one of them is not known: the ray's own kind of image is not listed, or there is none in the other moment. */
 #ifndef BENT_RENDER_MOTION_VECTOR_H
 #define BENT_RENDER_MOTION_VECTOR_H
 #include "light/surface.h"

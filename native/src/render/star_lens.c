@@ -8,7 +8,7 @@
 #include "render/star_rays.h"
 #include "scene/scene.h"
 
-static const double STEP = 1e-5; /* of the differences, in units of the length to what is sharp */
+static const double STEP = 1e-5; /* of the differences: radians, about, by which they turn a ray */
 /* Cells along one side of the lens: as many as a blur's diameter has pixels, within these bounds. */
 enum { CELLS_MIN = 8, CELLS_MAX = 24 };
 
@@ -16,12 +16,13 @@ void star_parallax(const camera *camera, vec3 launch, const vec3 turn[3], const 
 {
   const bent_camera *c = &camera->settings;
   const vec3 d = camera_from_world_direction(camera, launch);
-  const double reach = aperture_reach(c, d), step = STEP * reach, beside[2] = {1, 1};
+  const double reach = aperture_reach(c, d), beside[2] = {1, 1};
   vec3 axes[2];
   aperture_axes(c, d, &axes[0], &axes[1]);
   for (int k = 0; k < 2; k++) {
     const vec3 a = axes[k];
     const vec3 turned = v3_mad(turn[0], a.x, v3_mad(turn[1], a.y, v3_scale(turn[2], a.z)));
+    const double step = STEP / max2(1 / reach, v3_length(turned));
     /* The pinhole's ray that meets the one from aside where it is sharp. */
     const vec3 from_middle = v3_mad(v3_mad(turned, step, launch), reach, v3_scale(mat4_vector(&camera->world_from_camera, a), step));
     double places[CAMERA_PLACES_MAX][2], nearest = INFINITY;
@@ -136,10 +137,14 @@ bent_status bent_scene_trace_star_cells(const bent_scene *scene, size_t n, const
                                         const uint32_t cells[2], float (*seen)[3], bent_progress *progress,
                                         bent_error *error)
 {
+  bent_status status = star_view_check(scene, view, error);
+  if (status) return status;
+  if (cells[0] < CELLS_MIN || cells[1] < CELLS_MIN)
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "stars: expected %d cells or more along both sides of an open lens, got %u x %u",
+                     CELLS_MIN, cells[0], cells[1]);
   cell_batch *b = malloc(sizeof *b);
   uint8_t *mixed = malloc(n + 1);
   star_tracer *tracer = star_tracer_new(scene, view, error);
-  bent_status status = BENT_OK;
   if (!b || !mixed || !tracer) {
     status = bent_fail(error, BENT_ERROR_MEMORY, "stars: out of memory");
   } else {
@@ -156,6 +161,7 @@ bent_status bent_scene_trace_star_cells(const bent_scene *scene, size_t n, const
 
 void bent_scene_star_lens(const bent_scene *scene, const uint32_t cells[2], double (*corners)[2])
 {
+  if (!scene->camera || !cells[0] || !cells[1]) return;
   const bent_aperture *lens = &scene->camera->settings.aperture;
   const double side = 2 * M_PI / (4 * cells[0]); /* of the polygon that the cells make of a disk: as large as that */
   const double grow = lens->blades < 3 ? sqrt(side / sin(side)) : 1;

@@ -7,6 +7,22 @@
 #include "render/direct.h"
 #include "scene/scene.h"
 
+bent_status star_view_check(const bent_scene *scene, const bent_star_view *v, bent_error *error)
+{
+  if (!scene->camera) return bent_fail(error, BENT_ERROR_STATE, "stars: the scene has no camera");
+  if (!scene->committed) return bent_fail(error, BENT_ERROR_STATE, "stars: the scene has edits without a commit");
+  if (!bent_scene_shows_stars(scene))
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "stars: an orthographic camera sees no single directions");
+  if (v->width < 1 || v->height < 1 || v->width > 1u << 16 || v->height > 1u << 16)
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "stars: the picture must be 1 to 65536 pixels wide and high, got %u x %u",
+                     v->width, v->height);
+  if (!(v->margin >= 0 && v->margin <= 1000))
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "stars: margin must lie in [0, 1000] pixels, got %g", v->margin);
+  if (!(v->tolerance > 0 && v->tolerance <= 0.1))
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "stars: tolerance must lie in (0, 0.1] radians, got %g", v->tolerance);
+  return BENT_OK;
+}
+
 star_tracer *star_tracer_new(const bent_scene *scene, const bent_star_view *view, bent_error *error)
 {
   star_tracer *t = malloc(sizeof *t);

@@ -28,6 +28,8 @@ typedef struct star_tracer {
   bent_hit hits[STAR_RAYS_MAX];
 } star_tracer;
 
+/* Whether a scene is ready to show stars, and a view is one that it can show them in. */
+bent_status star_view_check(const bent_scene *scene, const bent_star_view *view, bent_error *error);
 /* NULL, with an error, if there is no memory. */
 star_tracer *star_tracer_new(const bent_scene *scene, const bent_star_view *view, bent_error *error);
 void star_tracer_free(star_tracer *t);

@@ -204,26 +204,22 @@ int bent_scene_shows_stars(const bent_scene *scene)
   return scene->camera && scene->camera->settings.kind != BENT_CAMERA_ORTHOGRAPHIC;
 }
 
-static bent_status check(const bent_scene *scene, size_t n, const double (*directions)[3], const bent_star_view *v,
-                         bent_error *error)
+static bent_status check_directions(size_t n, const double (*directions)[3], bent_error *error)
 {
-  if (!scene->camera) return bent_fail(error, BENT_ERROR_STATE, "stars: the scene has no camera");
-  if (!scene->committed) return bent_fail(error, BENT_ERROR_STATE, "stars: the scene has edits without a commit");
-  if (!bent_scene_shows_stars(scene))
-    return bent_fail(error, BENT_ERROR_ARGUMENT, "stars: an orthographic camera sees no single directions");
-  if (v->width < 1 || v->height < 1 || v->width > 1u << 16 || v->height > 1u << 16)
-    return bent_fail(error, BENT_ERROR_ARGUMENT, "stars: the picture must be 1 to 65536 pixels wide and high, got %u x %u",
-                     v->width, v->height);
-  if (!(v->margin >= 0 && v->margin <= 1000))
-    return bent_fail(error, BENT_ERROR_ARGUMENT, "stars: margin must lie in [0, 1000] pixels, got %g", v->margin);
-  if (!(v->tolerance > 0 && v->tolerance <= 0.1))
-    return bent_fail(error, BENT_ERROR_ARGUMENT, "stars: tolerance must lie in (0, 0.1] radians, got %g", v->tolerance);
   for (size_t i = 0; i < n; i++) {
     const double length = v3_length(v3_from(directions[i]));
     if (!(length > 0) || !isfinite(length))
       return bent_fail(error, BENT_ERROR_ARGUMENT, "stars: direction %zu must be finite and not 0", i);
   }
   return BENT_OK;
+}
+
+/* Pixels to each side over which images are spread: near a hole as what is as near as that. */
+static double widest_blur(const star_tracer *t, uint32_t width, uint32_t height)
+{
+  const bent_scene *scene = t->tracer.scene;
+  const double focus = scene->camera->settings.aperture.focal_distance, blur = star_blur(scene->camera, width, height);
+  return blur > 0 ? blur * (1 + focus / geometry_lens_distance(scene->geometry, t->tracer.eye)) : 0;
 }
 
 /* A finder for a view; NULL, with an error, if there is no memory. */
@@ -236,9 +232,10 @@ static finder *finder_new(const bent_scene *scene, const bent_star_view *view, b
     bent_fail(error, BENT_ERROR_MEMORY, "stars: out of memory");
     return NULL;
   }
-  const double margin = view->margin + star_blur(scene->camera, view->width, view->height);
+  const double blur = widest_blur(tracer, view->width, view->height);
   f->tracer = tracer, f->camera = scene->camera;
-  f->beside[0] = margin / view->width, f->beside[1] = margin / view->height;
+  f->beside[0] = view->margin / view->width + min2(blur / view->width, 1); /* star_parallax follows them no farther */
+  f->beside[1] = view->margin / view->height + min2(blur / view->height, 1);
   f->apart = APART * scene->camera->settings.aperture.radius;
   for (int eye = 0; eye < EYES; eye++) {
     const vec3 aside = v3(eye == 1, eye == 2, eye == 3);
@@ -251,7 +248,8 @@ bent_status bent_scene_find_stars(const bent_scene *scene, size_t n, const doubl
                                   const bent_star_view *view, const bent_star_images *out, bent_progress *progress,
                                   bent_error *error)
 {
-  bent_status status = check(scene, n, directions, view, error);
+  bent_status status = star_view_check(scene, view, error);
+  if (!status) status = check_directions(n, directions, error);
   if (status) return status;
   finder *f = finder_new(scene, view, error);
   if (!f) return BENT_ERROR_MEMORY;

@@ -71,7 +71,7 @@ static void draw_line(const brush *b, double from, double to, double y, const do
 #undef SHARE
 }
 
-/* Where the line at height y enters and leaves a convex quadrilateral. */
+/* Where the line at height y enters and leaves a convex quadrilateral; of one that rounding lets it miss, where that ends. */
 static void chord(const double corners[4][2], double y, double out[2])
 {
   out[0] = INFINITY, out[1] = -INFINITY;
@@ -81,6 +81,8 @@ static void chord(const double corners[4][2], double y, double out[2])
     const double x = a[0] + (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]);
     out[0] = min2(out[0], x), out[1] = max2(out[1], x);
   }
+  for (int i = 0, missed = out[0] > out[1]; i < 4 && missed; i++)
+    out[0] = min2(out[0], corners[i][0]), out[1] = max2(out[1], corners[i][0]);
 }
 
 static void draw_quadrilateral(const brush *b, const double corners[4][2], const double light[3])

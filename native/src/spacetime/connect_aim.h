@@ -6,8 +6,8 @@
  * Jacobian, is shorter. Where a ray surely passes the radius of b once on its last way, it stops there instead: beside the
  * horizon frame dragging hardly knows a Mino time. And rays are aimed inward, because outward ones leave the neighborhood of
  * the horizon only if they are launched well: where a is the inner end, b aims at a in the hole that spins the other way
- * (time runs backwards), and the ray that was found is launched back once more from a, to be measured. The last trial proves
- * that the ray comes to b, and its derivatives are the spread.
+ * (time runs backwards), and once that ray misses by no more than AIM_TURN_ROUND it turns round, and Newton goes on from a. The
+ * last trial proves that the ray comes to b, and its derivatives are the spread.
  */
 #ifndef BENT_SPACETIME_CONNECT_AIM_H
 #define BENT_SPACETIME_CONNECT_AIM_H
