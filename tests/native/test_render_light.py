@@ -112,8 +112,8 @@ def test_convex_object_under_an_even_sky():
 
 
 def test_glass_under_an_even_sky_keeps_its_light():
-    """A smooth dielectric neither adds nor takes light in the mean: its fainter way is drawn more often than it takes light.
-    Total reflection holds some paths for thousands of bounces.
+    """A smooth dielectric neither adds nor takes light in the mean; its fainter way is drawn more often than it takes
+    light. Total reflection holds some paths for thousands of bounces.
     """
     scene = new_scene((1, 1, 1))
     add(scene, meshes.sphere(segments=64, rings=32), glass((1, 1, 1), 0.0, 1.5))
