@@ -9,7 +9,7 @@ from bpy.app.handlers import persistent
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.props import BoolProperty
 
-from ..report import RenderError, Reporter
+from ..report import RenderError, Reporter, told
 from . import relay, render_state
 
 log = logging.getLogger(__name__)
@@ -20,9 +20,9 @@ def _bake(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, reporter: Rep
     with render_state.as_rendered(view_layer) as depsgraph:
         maps = relay.update(scene, depsgraph, reporter)
     if maps is None:
-        return "No relay camera"
-    text = f"{maps.rays / 1e6:.2f} million curved rays in {maps.seconds:.1f} s"
-    return f"{text}, {maps.lost} of them lost, {maps.fine_pixels} pixels of compressed image"
+        return told("No relay camera")
+    text = "{:.2f} million curved rays in {:.1f} s, {} of them lost, {} pixels of compressed image"
+    return told(text, maps.rays / 1e6, maps.seconds, maps.lost, maps.fine_pixels)
 
 
 class _Operator:
@@ -48,13 +48,13 @@ class BENTLIGHT_OT_relay_setup(_Operator, bpy.types.Operator):
     def _work(self, context: bpy.types.Context) -> str:
         camera = relay.setup(context.scene)
         if not self.bake:
-            return f"The scene's camera is '{camera.name}' now"
+            return told("The scene's camera is '{}' now", camera.name)
         try:
             baked = _bake(context.scene, context.view_layer, Reporter(self.report))
         except Exception:
             relay.clear(context.scene)
             raise
-        return f"The scene's camera is '{camera.name}' now: {baked}"
+        return told("The scene's camera is '{}' now: {}", camera.name, baked)
 
 
 class BENTLIGHT_OT_relay_clear(_Operator, bpy.types.Operator):

@@ -7,7 +7,7 @@ import math
 
 import bpy
 
-from ..report import RenderError
+from ..report import RenderError, told
 from ..sync import spacetime
 from ..sync.scene_data import SpacetimeData
 from . import disk, disk_material, lens, radius, stars, tables
@@ -45,7 +45,7 @@ def setup(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> tuple[list[
         hole.bentlight.lens_radius = own
         hole.bentlight.lens_is_automatic = True
     depsgraph.update()
-    done = [f"{len(holes)} lens{'es' if len(holes) > 1 else ''}", *_settings(scene, len(holes))]
+    done = [told("lenses: {}", len(holes)), *_settings(scene, len(holes))]
     update(scene, depsgraph)
     return done, warnings + stars.warnings(scene)
 
@@ -91,13 +91,15 @@ def _choose_radii(
             chosen[hole] = used / item.scale
         warnings += disk.warnings(hole)
         if disk.reach(hole, item) > used:
-            warnings.append(f"The disk of '{hole.name}' reaches out of its lens (radius {used:.4g}) and ends there")
+            text = "The disk of '{}' reaches out of its lens (radius {:.4g}) and ends there"
+            warnings.append(told(text, hole.name, used))
         inside = sorted(name for name, distance in obstacles.items() if name and distance < used)
         if inside:
-            warnings.append(
-                f"Inside the lens of '{hole.name}' (radius {used:.4g}), and not seen bent: {', '.join(inside)}. "
+            text = (
+                "Inside the lens of '{}' (radius {:.4g}), and not seen bent: {}. "
                 "Render with Bentlight, or make the lens smaller"
             )
+            warnings.append(told(text, hole.name, used, ", ".join(inside)))
     return chosen, warnings
 
 
@@ -114,9 +116,9 @@ def _settings(scene: bpy.types.Scene, lenses: int) -> list[str]:
     if cycles.device == "GPU" and _gpu_kind() != "OPTIX":
         wanted["device"] = "CPU"
     said = {
-        "shading_system": "Open Shading Language on",
-        "transparent_max_bounces": f"{needed} transparent bounces",
-        "device": "device set to CPU (Open Shading Language runs on CPUs and with OptiX only)",
+        "shading_system": told("Open Shading Language on"),
+        "transparent_max_bounces": told("transparent bounces: {}", needed),
+        "device": told("device set to CPU (Open Shading Language runs on CPUs and with OptiX only)"),
     }
     done = []
     for name, value in wanted.items():
@@ -146,7 +148,7 @@ def clear(scene: bpy.types.Scene) -> list[str]:
             setattr(scene.cycles, name, old)
     scene.bentlight.property_unset("cycles_before")
     stars.remove(scene)
-    return [f"{len(lenses)} lens{'es' if len(lenses) != 1 else ''} removed, settings of Cycles as they were"]
+    return [told("lenses removed: {}, settings of Cycles as they were", len(lenses))]
 
 
 def _forget_radius(settings: bpy.types.PropertyGroup) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 import bpy
 
 from ..properties_stars import BentlightWorldSettings
+from ..report import told
 from ..sync.camera import image_size
 from ..sync.material import node_tree
 from ..sync.nodes.shaders import STARS_MARK
@@ -65,8 +66,10 @@ def warnings(scene: bpy.types.Scene) -> list[str]:
     if world is None or world.bentlight.stars == "OFF":
         return []
     if node_tree(world) is None:
-        return [f"World '{world.name}' uses no nodes: its stars are not seen in Cycles"]
-    return [] if _find(world.node_tree) else [f"World '{world.name}' shows nothing to which stars could be added"]
+        return [told("World '{}' uses no nodes: its stars are not seen in Cycles", world.name)]
+    if _find(world.node_tree) is None:
+        return [told("World '{}' shows nothing to which stars could be added", world.name)]
+    return []
 
 
 def _find(tree: bpy.types.NodeTree) -> bpy.types.Node | None:

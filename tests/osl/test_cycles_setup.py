@@ -80,7 +80,7 @@ def test_it_says_what_it_changed(scene):
     depsgraph = bpy.context.evaluated_depsgraph_get()
     done, warnings = setup.setup(scene, depsgraph)
     bounces = scene.cycles.transparent_max_bounces
-    assert done == ["1 lens", "Open Shading Language on", f"{bounces} transparent bounces"]
+    assert done == ["lenses: 1", "Open Shading Language on", f"transparent bounces: {bounces}"]
     assert bounces > scene.cycles.max_bounces
     assert not warnings
     assert json.loads(scene.bentlight.cycles_before).keys() == {"shading_system", "transparent_max_bounces"}
