@@ -309,6 +309,7 @@ def test_furnace(spacetime):
         assert abs(z_score(render(scene, 24, 24, 16, **settings)[0]["combined"][..., 0], 1)) < 4
 
 
+@pytest.mark.unsanitized
 def test_small_lights_beside_a_spinning_hole():
     """Where dragging is strong, chance and connections agree: surfaces at rest in the scene move past the ZAMO."""
     scene = new_scene()
