@@ -7,6 +7,8 @@ from .properties_disk import BentlightDiskSettings
 from .properties_scale import ScaleProperties
 from .sync import spacetime
 
+MASS = 0.2  # of a new black hole: its shadow is as large as the meshes that Blender adds, a ball with a radius of 1.04
+
 
 def _tag(self: "BentlightObjectSettings", context: bpy.types.Context) -> None:
     """Blender knows of no change in a setting of ours."""
@@ -61,7 +63,7 @@ class BentlightObjectSettings(ScaleProperties, bpy.types.PropertyGroup):
         ),
         min=0.0,
         soft_max=10.0,
-        default=1.0,
+        default=MASS,
         precision=4,
         subtype="DISTANCE",
         update=_refit,

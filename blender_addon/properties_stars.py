@@ -74,11 +74,12 @@ class BentlightWorldSettings(bpy.types.PropertyGroup):
     star_strength: FloatProperty(
         name="Strength",
         description=(
-            "Light of a star of magnitude 0, in millionths of a sun of strength 1, 0 and more. Films need 100 and more"
+            "Light of a star of magnitude 0, in millionths of a sun of strength 1, 0 and more. With 100 the stars of a "
+            "clear night are seen before a dark gray world"
         ),
         min=0.0,
-        soft_max=100.0,
-        default=1.0,
+        soft_max=1000.0,
+        default=100.0,
         update=_tag,
     )
     star_rotation: FloatVectorProperty(

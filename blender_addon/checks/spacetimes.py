@@ -16,7 +16,7 @@ from ..overlay.circles import photon_orbit
 from ..report import RenderError
 from ..sync import spacetime
 from ..sync.scene_data import SpacetimeData
-from . import inside
+from . import around, inside
 from .finding import Finding
 
 _INSTANCES_MAX = 20_000  # that are looked at: a tenth of a second after each change
@@ -99,7 +99,10 @@ def near_horizons(
         for obj in view_layer.objects:
             if obj.type == "MESH" and not obj.hide_render and obj.bentlight.made_for_cycles == "NOTHING":
                 evaluated = obj.evaluated_get(depsgraph)
-                yield from _mesh(evaluated, evaluated.matrix_world, balls.around(evaluated), cores)
+                ball = balls.around(evaluated)
+                yield from _mesh(evaluated, evaluated.matrix_world, ball, cores)
+                if scene.camera is not None:
+                    yield from _cover(evaluated, ball, cores, scene.camera.evaluated_get(depsgraph))
         yield from _instances(depsgraph, cores)
     if scene.camera is not None:
         camera = scene.camera.evaluated_get(depsgraph)
@@ -157,6 +160,18 @@ def _mesh(
         is_own = parent is None or parent.name == obj.name
         who = f"'{obj.name}'" if is_own else rpt_("Instance of '{}' by '{}'").format(obj.name, parent.name)
         yield Finding(text.format(who, item.name), "OBJECT", (parent or obj).name, (item.name,))
+
+
+def _cover(
+    obj: bpy.types.Object, ball: tuple[mathutils.Vector, float], cores: list[_Core], camera: bpy.types.Object
+) -> Iterator[Finding]:
+    """An evaluated object in a ball in the world, where it keeps a hole in its middle from being seen."""
+    middle, radius = ball
+    for item, origin, _ in cores:
+        is_near = (middle - origin).length < radius and obj.name != item.name
+        if is_near and around.hides(obj, origin, camera.matrix_world.translation):
+            text = rpt_("'{}' is all around '{}' and hides it from the camera")
+            yield Finding(text.format(obj.name, item.name), "OBJECT", obj.name, (item.name,))
 
 
 def _geometry(obj: bpy.types.Object, matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -3,6 +3,9 @@
 import bpy
 from bpy.props import FloatProperty, FloatVectorProperty
 
+from .. import checks
+from ..properties_object import MASS
+
 _APART = 10  # throat radii between the mouths of a new wormhole
 
 
@@ -40,6 +43,12 @@ class _AddOperator:
             self.location = context.scene.cursor.location
         return self.location
 
+    def warn(self, context: bpy.types.Context) -> None:
+        """Of what keeps the new object from being seen: there may well be something at the 3D cursor."""
+        for found in checks.of_scene(context):
+            if context.object is not None and context.object.name in found.about:
+                self.report({"WARNING"}, found.text)
+
 
 class BENTLIGHT_OT_black_hole_add(_AddOperator, bpy.types.Operator):
     """Add a black hole: light bends around it, and what comes too close is lost"""
@@ -47,7 +56,9 @@ class BENTLIGHT_OT_black_hole_add(_AddOperator, bpy.types.Operator):
     bl_idname = "bentlight.black_hole_add"
     bl_label = "Black Hole"
 
-    mass: FloatProperty(name="Mass", description="As a length in scene units", min=0.0, default=1.0, subtype="DISTANCE")
+    mass: FloatProperty(
+        name="Mass", description="As a length in scene units", min=0.0, default=MASS, subtype="DISTANCE"
+    )
     spin: FloatProperty(name="Spin", description="As a fraction of the largest possible", min=-0.9999, max=0.9999)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -56,6 +67,7 @@ class BENTLIGHT_OT_black_hole_add(_AddOperator, bpy.types.Operator):
         obj.bentlight.spin = self.spin
         obj.bentlight.kind = "BLACK_HOLE"
         _select_only(context, [obj])
+        self.warn(context)
         return {"FINISHED"}
 
 
@@ -84,6 +96,7 @@ class BENTLIGHT_OT_wormhole_add(_AddOperator, bpy.types.Operator):
             mouth.bentlight.kind = "WORMHOLE"
         mouths[0].bentlight.exit = mouths[1]
         _select_only(context, mouths)
+        self.warn(context)
         return {"FINISHED"}
 
 

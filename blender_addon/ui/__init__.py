@@ -2,15 +2,16 @@
 
 import bpy
 
-from . import camera, cycles, motion_blur, object, overlay, render, view_layer, warnings, world
+from . import camera, cycles, motion_blur, object, overlay, render, simplify, view_layer, warnings, world
 
 CLASSES = (
     *warnings.CLASSES,
     *render.CLASSES,
-    *motion_blur.CLASSES,
+    *simplify.CLASSES,
     *view_layer.CLASSES,
     *world.CLASSES,
     *object.CLASSES,
+    *motion_blur.CLASSES,  # below what a black hole does
     *camera.CLASSES,
     *cycles.CLASSES,
     *overlay.CLASSES,

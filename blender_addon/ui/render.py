@@ -53,7 +53,7 @@ def _draw_accuracy(column: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
     except RenderError:
         return  # the camera's own panels tell
     if pixels is not None:
-        note(column, iface_("Off by {:.2g} pixels at most").format(pixels))
+        note(column, iface_("Within {:.2g} pixels").format(pixels))
 
 
 class BENTLIGHT_PT_viewport(EnginePanel, bpy.types.Panel):

@@ -299,3 +299,61 @@ def test_what_keeps_light_from_being_followed_from_lamps(hole):
     assert found.text == f"{said}'Hole' spins" and (found.kind, found.owner) == ("OBJECT", "Hole")
     scene.render.engine = "CYCLES"
     assert texts() == []
+
+
+@pytest.fixture
+def cube(hole):
+    """Around the hole, before a camera, as in Blender's startup file after Add > Black Hole."""
+    stage.add_camera(location=(0, -30, 0), rotation=(math.pi / 2, 0, 0))
+    bpy.ops.mesh.primitive_cube_add(size=6, location=(0, 0, 0))
+    bpy.context.object.name = "Cube"
+    return bpy.context.object
+
+
+def test_a_mesh_all_around_the_hole_hides_it(cube):
+    assert texts() == ["'Cube' is all around 'Hole' and hides it from the camera"]
+    (found,) = checks.of_scene(bpy.context)
+    assert (found.kind, found.owner, found.about) == ("OBJECT", "Cube", ("Hole",))
+    cube.location.x = 5
+    assert texts() == []
+
+
+def test_a_room_around_camera_and_hole_hides_nothing(cube):
+    cube.scale = (11, 11, 11)
+    assert texts() == []
+
+
+def test_a_mesh_with_a_window_hides_nothing(cube):
+    cube.data.clear_geometry()
+    corners = [(x, y, z) for x in (-3, 3) for y in (-3, 3) for z in (-3, 3)]
+    walls = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4)]
+    cube.data.from_pydata(corners, [], walls)
+    assert texts() == []
+    cube.data.clear_geometry()
+    cube.data.from_pydata(corners, [], [*walls, (1, 5, 7, 3)])
+    assert len(texts()) == 1
+
+
+@pytest.mark.parametrize("change", ["Transmission Weight", "Alpha", "ShaderNodeBsdfGlass", "visible_camera"])
+def test_what_is_seen_through_hides_nothing(cube, change):
+    material = bpy.data.materials.new("Wall")
+    material.use_nodes = True
+    cube.data.materials.append(material)
+    assert len(texts()) == 1
+    if change == "visible_camera":
+        cube.visible_camera = False
+    elif change.startswith("Shader"):
+        material.node_tree.nodes.new(change)
+    else:
+        material.node_tree.nodes["Principled BSDF"].inputs[change].default_value = 0.5
+    assert texts() == []
+
+
+@pytest.mark.parametrize("kind", ["black_hole", "wormhole"])
+def test_what_hides_a_new_hole_is_told_as_it_is_added(kind, capfd):
+    """As in Blender's startup file, where a cube is at the 3D cursor."""
+    bpy.ops.wm.read_homefile(use_factory_startup=True)
+    bpy.context.scene.render.engine = "BENTLIGHT"
+    getattr(bpy.ops.bentlight, f"{kind}_add")()
+    name = bpy.context.object.name
+    assert capfd.readouterr().out.count(f"'Cube' is all around '{name}' and hides it from the camera") == 1

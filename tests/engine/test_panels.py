@@ -142,7 +142,7 @@ def test_a_translation_reaches_what_panels_write(dummy_language):
         scene=bpy.context.scene, view_layer=bpy.context.view_layer, object=hole, engine="BENTLIGHT", region=None
     )
     panels = {
-        render.BENTLIGHT_PT_sampling: f"¤Off by {1e-4 / (36 / 50 / 64):.2g} pixels at most",
+        render.BENTLIGHT_PT_sampling: f"¤Within {1e-4 / (36 / 50 / 64):.2g} pixels",
         object.BENTLIGHT_PT_scale: "¤Drawn with radius 0.5",
         object.BENTLIGHT_PT_disk: "¤6.000 masses",
         camera.BENTLIGHT_PT_camera: None,

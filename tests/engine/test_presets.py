@@ -99,7 +99,7 @@ def test_reset_of_a_hole(hole):
     hole.bentlight.sphere_radius, hole.bentlight.chart = 3.0, "OBLATE"
     hole.bentlight.disk.emission = "RAMP"
     bpy.ops.bentlight.spacetime_reset()
-    assert hole.bentlight.kind == "BLACK_HOLE" and hole.empty_display_size == 0.5
+    assert hole.bentlight.kind == "BLACK_HOLE" and hole.empty_display_size == pytest.approx(0.1)
     for name in ("mass", "spin", "chart", "throat_radius", "sphere_radius"):
         assert is_default(hole.bentlight, name), name
     for item in hole.bentlight.disk.bl_rna.properties:

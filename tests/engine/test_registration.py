@@ -115,6 +115,17 @@ def test_black_hole_add():
     assert hole.empty_display_size == pytest.approx(0.15)
 
 
+def test_a_new_hole_is_as_large_as_the_meshes_that_blender_adds():
+    """Seen from afar: a shadow of sqrt(27) masses, or a throat's own radius, beside a ball with a radius of 1."""
+    bpy.ops.bentlight.black_hole_add(location=(0, 0, 0))
+    assert 27**0.5 * bpy.context.object.bentlight.mass == pytest.approx(1.0, rel=0.05)
+    bpy.context.object.bentlight.mass = 3.0
+    bpy.ops.bentlight.spacetime_reset()
+    assert 27**0.5 * bpy.context.object.bentlight.mass == pytest.approx(1.0, rel=0.05)
+    bpy.ops.bentlight.wormhole_add(location=(9, 0, 0))
+    assert bpy.context.object.bentlight.throat_radius == 1.0
+
+
 def test_the_cursor_is_the_default_place():
     bpy.context.scene.cursor.location = (4, 5, 6)
     bpy.ops.bentlight.black_hole_add()
