@@ -1,8 +1,8 @@
 """What users can do besides setting properties, and the menus in which they find it."""
 
-from . import add, find, menus, preset, reset, scale
+from . import add, denoise, find, menus, preset, reset, scale
 
-_MODULES = (add, preset, reset, scale, find, menus)
+_MODULES = (add, preset, reset, scale, denoise, find, menus)
 
 
 def register() -> None:

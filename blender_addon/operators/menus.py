@@ -2,6 +2,7 @@
 
 import bpy
 
+from ..compatibility import ENGINE
 from .add import BENTLIGHT_OT_black_hole_add, BENTLIGHT_OT_exit_add, BENTLIGHT_OT_wormhole_add
 from .preset import BENTLIGHT_MT_spacetime_presets
 
@@ -40,6 +41,8 @@ def _draw_render(self: bpy.types.Menu, context: bpy.types.Context) -> None:
         layout.operator("bentlight.cycles_clear")
         layout.operator("bentlight.relay_setup", icon="CAMERA_DATA")
         layout.operator("bentlight.relay_clear")
+    elif context.engine == ENGINE:
+        layout.operator("bentlight.denoise_setup", icon="SHADERFX")
     layout.operator("bentlight.render_reset", icon="LOOP_BACK")
     layout.operator("bentlight.stars_reset")
 

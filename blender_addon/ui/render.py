@@ -6,6 +6,7 @@ import bpy
 from bpy.app.translations import pgettext_iface as iface_
 
 from .. import accuracy
+from ..operators import denoise
 from ..report import RenderError
 from .panel import EnginePanel, note
 
@@ -40,7 +41,17 @@ class BENTLIGHT_PT_sampling(EnginePanel, bpy.types.Panel):
         column.prop(settings, "light_threshold")
         column.prop(settings, "sampling_pattern")
         self.layout.prop(settings, "seed")
+        _draw_denoising(self.layout, context.scene)
         self.layout.operator("bentlight.render_reset", text="Reset to Defaults", icon="LOOP_BACK")
+
+
+def _draw_denoising(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
+    """A button that sets it up, and then its switch."""
+    nodes = denoise.find_nodes(scene)
+    for node in nodes[:1]:
+        layout.prop(node, "mute", text="Denoise in Compositor", invert_checkbox=True)
+    if not nodes:
+        layout.operator("bentlight.denoise_setup", icon="SHADERFX")
 
 
 def _draw_accuracy(column: bpy.types.UILayout, scene: bpy.types.Scene) -> None:

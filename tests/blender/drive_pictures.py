@@ -10,7 +10,9 @@ from pathlib import Path
 import bpy
 
 sys.path.insert(0, str(Path(__file__).parent))
-from driving import area, run, shot
+from driving import area, run, scroll, shot
+
+SAMPLES = 64  # a pixel: grain is hardly seen any more
 
 
 def steps() -> Iterator[float]:
@@ -27,12 +29,31 @@ def steps() -> Iterator[float]:
     space.shading.type = "SOLID"
     scene.bentlight.overlay.rays = "CAMERA"
     yield 2
+    scroll("PROPERTIES", 40)  # to the panel Spacetime
+    yield 2
     shot("guide_overlay")
     scene.bentlight.overlay.rays = "OFF"
     space.overlay.show_overlays = False
+    scene.bentlight.preview_samples, scene.render.preview_pixel_size = SAMPLES, "2"
     space.shading.type = "RENDERED"
-    yield 30
+    samples = watch_samples()
+    while not samples or samples[-1] < SAMPLES:
+        yield 5
+    yield 2
     shot("guide_viewport")
+
+
+def watch_samples() -> list[int]:
+    """Grows with each drawing of Rendered shading, by the samples a pixel that it has."""
+    viewport = sys.modules["bl_ext.user_default.bentlight.viewport"].Viewport
+    show, samples = viewport._show, []
+
+    def watched(self: object, *arguments: object) -> None:
+        show(self, *arguments)
+        samples.append(self._preview.samples if self._preview else 0)
+
+    viewport._show = watched
+    return samples
 
 
 run(steps, "pictures")

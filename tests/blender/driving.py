@@ -52,12 +52,23 @@ def read(path: Path) -> np.ndarray:
     return pixels
 
 
-def press(kind: str, *keys: str) -> None:
-    """Presses keys, one after the other, while the mouse is over the middle of the area of a kind."""
+def point_at(kind: str) -> None:
+    """Moves the mouse over the middle of the area of a kind."""
     x, y, width, height = box(area(kind))
     subprocess.check_call(["xdotool", "mousemove", str(x + width // 2), str(y + height // 2)])
     time.sleep(0.1)
+
+
+def press(kind: str, *keys: str) -> None:
+    """Presses keys, one after the other, over the area of a kind."""
+    point_at(kind)
     subprocess.check_call(["xdotool", "key", *keys])
+
+
+def scroll(kind: str, clicks: int) -> None:
+    """Turns the mouse's wheel, to see what is farther down in the area of a kind."""
+    point_at(kind)
+    subprocess.check_call(["xdotool", "click", "--repeat", str(clicks), "--delay", "20", "5"])
 
 
 def write(text: str) -> None:
