@@ -49,7 +49,7 @@ def _draw_denoising(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
     """A button that sets it up, and then its switch."""
     nodes = denoise.find_nodes(scene)
     for node in nodes[:1]:
-        layout.prop(node, "mute", text="Denoise in Compositor", invert_checkbox=True)
+        layout.prop(node, "mute", text="Denoise", invert_checkbox=True)
     if not nodes:
         layout.operator("bentlight.denoise_setup", icon="SHADERFX")
 

@@ -82,6 +82,23 @@ def test_animation_of_three_frames(blender, scenes, shared):
     assert (second != third).any()
 
 
+def test_two_machines_render_a_frame_and_one_merges_it(blender, scenes, shared):
+    """Bit for bit what one would have rendered."""
+    parts = []
+    for samples in ("0:2", "2:4", "0:4"):
+        arguments = ("-o", "/share/farm_", "-f", "1", "--", "--bentlight-samples", samples)
+        code, output = blender("-b", "/share/good.blend", "-E", "BENTLIGHT", *arguments)
+        assert code == 0, output
+        parts.append(f"/share/farm_samples_{samples.replace(':', '-')}_0001.part.exr")
+    for files, name in ((parts[:2], "two"), (parts[2:], "one")):
+        code, output = blender("--command", "bentlight", "merge", *files, "-o", f"/share/{name}.exr")
+        assert code == 0, output
+    assert (pixels(shared / "two.exr") == pixels(shared / "one.exr")).all()
+    code, output = blender("--command", "bentlight", "merge", parts[0], "-o", "/share/half.exr")
+    assert code == 1 and "samples are missing" in output
+    assert not (shared / "half.exr").exists()
+
+
 def test_bad_scene_fails_with_its_reason(blender, scenes, shared):
     code, output = blender("-b", "/share/bad.blend", "-E", "BENTLIGHT", "-o", "/share/bad_", "-f", "1")
     assert code == 1, output
