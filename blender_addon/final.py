@@ -176,7 +176,7 @@ class _ViewRender:
     def run(self) -> None:
         if self._view:
             self._engine.active_view_set(self._view)
-        self._engine.update_stats("", "Reading the scene")
+        self._engine.update_stats("", told("Reading the scene"))
         self._add_passes()
         try:
             self._render()
@@ -435,11 +435,10 @@ class _ViewRender:
         used, peak = memory.used_and_peak()
         self._engine.update_memory_stats(memory_used=used, memory_peak=peak)
         left = session.seconds_left
-        remaining = "" if left is None else f"Remaining {_clock(left)} | "
-        self._engine.update_stats(
-            f"{self._view_layer.name} {self._view}".strip(),
-            f"{remaining}Mem {used:.0f}M (Peak {peak:.0f}M) | {session.fraction:.0%}",
-        )
+        status = told("Mem {:.0f}M (Peak {:.0f}M) | {:.0%}", used, peak, session.fraction)
+        if left is not None:
+            status = told("Remaining {} | {}", _clock(left), status)
+        self._engine.update_stats(f"{self._view_layer.name} {self._view}".strip(), status)
 
 
 def _clock(seconds: float) -> str:

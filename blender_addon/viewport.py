@@ -15,7 +15,7 @@ from gpu_extras.presets import draw_texture_2d
 
 from .final import render_settings
 from .progressive import Preview, Progressive, Wish
-from .report import RenderError, Reporter
+from .report import RenderError, Reporter, told
 from .sync.camera import View, camera_frame, framed, read_camera, read_free_view
 from .sync.change import same, update_scene
 from .sync.memory import Memory
@@ -120,7 +120,7 @@ class Viewport:
             return
         if preview is not self._preview:
             self._preview, self._texture = preview, _texture(preview.pixels)
-        engine.update_stats("", f"Sample {preview.samples}/{preview.wish.settings.sample_count}")
+        engine.update_stats("", told("Sample {}/{}", preview.samples, preview.wish.settings.sample_count))
         gpu.state.blend_set("ALPHA_PREMULT")
         engine.bind_display_space_shader(scene)
         draw_texture_2d(self._texture, (frame.x, frame.y), frame.camera.width, frame.camera.height)

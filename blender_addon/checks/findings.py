@@ -9,9 +9,8 @@ from bpy.app.translations import pgettext_rpt as rpt_
 
 from .. import changes
 from ..compatibility import ENGINE
-from ..report import RenderError
 from ..sync.objects import UNSUPPORTED_TYPES
-from . import integrator, spacetimes
+from . import integrator, lenses, spacetimes
 from .finding import Finding
 from .materials import MaterialChecks
 
@@ -23,7 +22,8 @@ _found: dict[Hashable, list[Finding]] = {}
 def of_scene(context: bpy.types.Context) -> list[Finding]:
     """What the user should know about the scene and view layer of the context, for the engine that is chosen."""
     scene, view_layer = context.scene, context.view_layer
-    key = changes.count(), scene.name_full, view_layer.name, context.engine, *integrator.settings(scene, view_layer)
+    own = *integrator.settings(scene, view_layer), *lenses.settings(scene)
+    key = changes.count(), scene.name_full, view_layer.name, context.engine, *own
     if key not in _found:
         _found.clear()
         _found[key] = _find(context)
@@ -37,10 +37,9 @@ def _find(context: bpy.types.Context) -> list[Finding]:
     if not found:
         found += spacetimes.near_horizons(scene, view_layer, depsgraph, items, _balls)
         if context.engine == "CYCLES":
-            try:
-                found += spacetimes.lost_lamps(scene, view_layer, depsgraph, items)
-            except RenderError as error:
-                found.append(Finding(str(error), "OBJECT", items[0].name))
+            found += lenses.findings(scene, view_layer, depsgraph, items)
+    if context.engine == "CYCLES":
+        found += lenses.unmade(scene, found)
     if context.engine == ENGINE:
         found += integrator.obstacles(scene, view_layer, items)
         found += _unsupported(view_layer)

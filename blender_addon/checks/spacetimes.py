@@ -11,7 +11,6 @@ import mathutils
 import numpy as np
 from bpy.app.translations import pgettext_rpt as rpt_
 
-from ..cycles import lens, radius
 from ..overlay.circles import photon_orbit
 from ..report import RenderError
 from ..sync import spacetime
@@ -19,7 +18,7 @@ from ..sync.scene_data import SpacetimeData
 from . import around, inside
 from .finding import Finding
 
-_INSTANCES_MAX = 20_000  # that are looked at: a tenth of a second after each change
+INSTANCES_MAX = 20_000  # that are looked at: a tenth of a second after each change
 _Core = tuple[SpacetimeData, mathutils.Vector, float]  # a hole, its place, and the radius of a ball around its core
 
 
@@ -116,7 +115,7 @@ def _instances(depsgraph: bpy.types.Depsgraph, cores: list[_Core]) -> Iterator[F
     those in an instanced collection."""
     told: set[tuple[str, str, str]] = set()
     local: dict[int, tuple[mathutils.Vector, float]] = {}
-    for instance in itertools.islice(depsgraph.object_instances, _INSTANCES_MAX):
+    for instance in itertools.islice(depsgraph.object_instances, INSTANCES_MAX):
         if not instance.is_instance or not instance.show_self:
             continue
         obj, parent = instance.object, instance.parent
@@ -194,27 +193,3 @@ def _camera(camera: bpy.types.Object, item: SpacetimeData) -> Iterator[Finding]:
     else:
         return
     yield Finding(text.format(item.name), "OBJECT", camera.name, (item.name,))
-
-
-def lost_lamps(
-    scene: bpy.types.Scene,
-    view_layer: bpy.types.ViewLayer,
-    depsgraph: bpy.types.Depsgraph,
-    items: list[SpacetimeData],
-) -> Iterator[Finding]:
-    """Lamps inside of lenses: what blocks Cycles' shadow rays blocks all of their light."""
-    lenses = lens.find(scene)
-    held = [
-        radius.with_lens_radius(item, scene.objects[item.name].evaluated_get(depsgraph))
-        for item in items
-        if item.name in lenses and item.name in scene.objects
-    ]
-    radii = spacetime.influence_radii(held) if held else []
-    for obj in view_layer.objects:
-        if obj.type != "LIGHT" or obj.data.type == "SUN" or obj.hide_render:
-            continue
-        place = np.array(obj.evaluated_get(depsgraph).matrix_world.translation)
-        for item, used in zip(held, radii, strict=True):
-            if np.linalg.norm(place - item.origin) < used:
-                text = rpt_("'{}' is inside the lens of '{}', and its light does not get out of it in Cycles")
-                yield Finding(text.format(obj.name, item.name), "OBJECT", obj.name, (item.name,))

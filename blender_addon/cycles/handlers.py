@@ -7,8 +7,8 @@ import logging
 import bpy
 from bpy.app.handlers import persistent
 
-from ..report import RenderError
-from . import disk, setup, tables
+from ..report import RenderError, told
+from . import disk, failures, setup, tables
 
 log = logging.getLogger(__name__)
 
@@ -28,8 +28,9 @@ def _refresh(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, complete: b
         else:
             for text in setup.complete(scene, depsgraph):
                 log.warning(text)
+        failures.forget(scene, "lenses")
     except RenderError as error:
-        log.warning("Lenses for Cycles: %s", error)
+        failures.remember(scene, "lenses", told("Lenses for Cycles: {}", error))
     finally:
         _at_work = False
 
@@ -50,6 +51,7 @@ def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = No
 @persistent
 def _on_load(_path: str) -> None:
     """Another machine wrote the file, or another version of the shaders: paths and code are made anew."""
+    failures.forget_all()
     waiting = [scene for scene in bpy.data.scenes if setup.is_set_up(scene)]
     if waiting:
         tables.check()
@@ -86,3 +88,4 @@ def unregister() -> None:
     for event, handler in _handlers():
         if handler in event:
             event.remove(handler)
+    failures.forget_all()

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import bpy
 
-from ..report import RenderError
-from . import setup
+from ..report import RenderError, told
+from . import failures, setup
 
 
 class BENTLIGHT_OT_cycles_setup(bpy.types.Operator):
@@ -21,7 +21,8 @@ class BENTLIGHT_OT_cycles_setup(bpy.types.Operator):
         except RenderError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        self.report({"INFO"}, "Ready for Cycles: " + "; ".join(done))
+        failures.forget(context.scene, "lenses")
+        self.report({"INFO"}, told("Ready for Cycles: {}", "; ".join(done)))
         for text in warnings:
             self.report({"WARNING"}, text)
         return {"FINISHED"}
@@ -39,6 +40,7 @@ class BENTLIGHT_OT_cycles_clear(bpy.types.Operator):
         return setup.is_set_up(context.scene)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
+        failures.forget(context.scene, "lenses")
         self.report({"INFO"}, "; ".join(setup.clear(context.scene)))
         return {"FINISHED"}
 

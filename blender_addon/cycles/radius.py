@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 
 import bpy
@@ -40,21 +41,38 @@ def automatic(item: SpacetimeData, influence: float, obstacles: dict[str, float]
     return min(max(min(max(_MARGIN * room, smallest), largest), reach / _MARGIN), influence * (1 - _ROUNDING))
 
 
-def distances(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, origin: mathutils.Vector) -> dict[str, float]:
-    """How far the surfaces of rendered meshes are from a point, by the object's name; "" is the camera."""
+def distances(
+    scene: bpy.types.Scene,
+    depsgraph: bpy.types.Depsgraph,
+    origin: mathutils.Vector,
+    within: float = math.inf,
+    most: int | None = None,
+) -> dict[str, float]:
+    """How far the surfaces of rendered meshes are from a point, by the object's name; "" is the camera.
+
+    Those farther than `within` may be missing; at most `most` objects and instances are looked at."""
     found = {}
     if scene.camera:
         found[""] = (scene.camera.evaluated_get(depsgraph).matrix_world.translation - origin).length
-    for instance in depsgraph.object_instances:
+    for instance in itertools.islice(depsgraph.object_instances, most):
         obj = instance.object
         is_surface = obj.type == "MESH" and obj.bentlight.made_for_cycles == "NOTHING"
         if not is_surface or obj.hide_render or not obj.data.polygons:
             continue
         matrix = instance.matrix_world
-        if abs(matrix.determinant()) < 1e-30:
+        if abs(matrix.determinant()) < 1e-30 or _is_beyond(obj, matrix, origin, within):
             continue
         hit, near, _, _ = obj.closest_point_on_mesh(matrix.inverted() @ origin)
         if hit:
             distance = (matrix @ near - origin).length
             found[obj.name] = min(distance, found.get(obj.name, math.inf))
     return found
+
+
+def _is_beyond(obj: bpy.types.Object, matrix: mathutils.Matrix, origin: mathutils.Vector, distance: float) -> bool:
+    """Whether the ball around an object's box is farther away: much quicker to tell than where its surface is."""
+    if math.isinf(distance):
+        return False
+    corners = [matrix @ mathutils.Vector(corner) for corner in obj.bound_box]
+    middle = (corners[0] + corners[6]) / 2
+    return (middle - origin).length - max((corner - middle).length for corner in corners) > distance

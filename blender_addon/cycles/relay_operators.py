@@ -10,7 +10,7 @@ from bpy.app.translations import pgettext_iface as iface_
 from bpy.props import BoolProperty
 
 from ..report import RenderError, Reporter, told
-from . import relay, render_state
+from . import failures, relay, render_state
 
 log = logging.getLogger(__name__)
 
@@ -19,6 +19,7 @@ def _bake(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, reporter: Rep
     """Bakes what no longer fits; says what came of it."""
     with render_state.as_rendered(view_layer) as depsgraph:
         maps = relay.update(scene, depsgraph, reporter)
+    failures.forget(scene, "relay camera")
     if maps is None:
         return told("No relay camera")
     text = "{:.2f} million curved rays in {:.1f} s, {} of them lost, {} pixels of compressed image"
@@ -32,7 +33,7 @@ class _Operator:
         try:
             self.report({"INFO"}, self._work(context))
         except (RenderError, OSError, RuntimeError) as error:
-            self.report({"ERROR"}, f"Bentlight: {error}")
+            self.report({"ERROR"}, told("Bentlight: {}", error))
             return {"CANCELLED"}
         return {"FINISHED"}
 
@@ -65,7 +66,8 @@ class BENTLIGHT_OT_relay_clear(_Operator, bpy.types.Operator):
 
     def _work(self, context: bpy.types.Context) -> str:
         had = relay.clear(context.scene)
-        return "The relay camera is removed" if had else "There was no relay camera"
+        failures.forget(context.scene, "relay camera")
+        return told("The relay camera is removed") if had else told("There was no relay camera")
 
 
 class BENTLIGHT_PT_relay(bpy.types.Panel):
@@ -107,7 +109,8 @@ def _before_render(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
         log.info("%s", _bake(scene, scene.view_layers[0], reporter))
     except (RenderError, OSError, RuntimeError) as error:
         relay.darken(scene)
-        log.error("The relay camera has no maps, the picture stays black: %s", error)
+        text = told("The relay camera has no maps, the picture stays black: {}", error)
+        failures.remember(scene, "relay camera", text)
 
 
 _CLASSES = (BENTLIGHT_OT_relay_setup, BENTLIGHT_OT_relay_clear, BENTLIGHT_PT_relay)

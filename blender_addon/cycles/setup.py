@@ -89,18 +89,24 @@ def _choose_radii(
         if not item.sphere_radius:
             used = radius.automatic(item, influence, obstacles, disk.reach(hole, item))
             chosen[hole] = used / item.scale
-        warnings += disk.warnings(hole)
-        if disk.reach(hole, item) > used:
-            text = "The disk of '{}' reaches out of its lens (radius {:.4g}) and ends there"
-            warnings.append(told(text, hole.name, used))
-        inside = sorted(name for name, distance in obstacles.items() if name and distance < used)
-        if inside:
-            text = (
-                "Inside the lens of '{}' (radius {:.4g}), and not seen bent: {}. "
-                "Render with Bentlight, or make the lens smaller"
-            )
-            warnings.append(told(text, hole.name, used, ", ".join(inside)))
+        warnings += left_out(hole, item, used, obstacles)
     return chosen, warnings
+
+
+def left_out(hole: bpy.types.Object, item: SpacetimeData, used: float, obstacles: dict[str, float]) -> list[str]:
+    """What a lens of the world radius `used` does not show as it is; obstacles: see radius.distances."""
+    warnings = disk.warnings(hole)
+    if disk.reach(hole, item) > used:
+        text = "The disk of '{}' reaches out of its lens (radius {:.4g}) and ends there"
+        warnings.append(told(text, hole.name, used))
+    inside = sorted(name for name, distance in obstacles.items() if name and distance < used)
+    if inside:
+        text = (
+            "Inside the lens of '{}' (radius {:.4g}), and not seen bent: {}. "
+            "Render with Bentlight, or make the lens smaller"
+        )
+        warnings.append(told(text, hole.name, used, ", ".join(inside)))
+    return warnings
 
 
 def _settings(scene: bpy.types.Scene, lenses: int) -> list[str]:
@@ -113,7 +119,7 @@ def _settings(scene: bpy.types.Scene, lenses: int) -> list[str]:
     needed = min(1024, own + (cycles.max_bounces + 1) * lenses)
     if cycles.transparent_max_bounces == given:  # not the user's choice since
         wanted["transparent_max_bounces"] = needed
-    if cycles.device == "GPU" and _gpu_kind() != "OPTIX":
+    if cycles.device == "GPU" and gpu_kind() != "OPTIX":
         wanted["device"] = "CPU"
     said = {
         "shading_system": told("Open Shading Language on"),
@@ -131,7 +137,8 @@ def _settings(scene: bpy.types.Scene, lenses: int) -> list[str]:
     return done
 
 
-def _gpu_kind() -> str:
+def gpu_kind() -> str:
+    """Which of the kinds of graphics devices Cycles is to use, by the preferences; "NONE" for none of them."""
     addon = bpy.context.preferences.addons.get("cycles")
     return addon.preferences.compute_device_type if addon else "NONE"
 

@@ -1,8 +1,9 @@
 """From a warning to what it is about."""
 
 import bpy
-from bpy.app.translations import pgettext_rpt
 from bpy.props import StringProperty
+
+from ..report import told
 
 
 class BENTLIGHT_OT_object_select(bpy.types.Operator):
@@ -17,7 +18,7 @@ class BENTLIGHT_OT_object_select(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = context.view_layer.objects.get(self.name)
         if obj is None:
-            self.report({"WARNING"}, pgettext_rpt("'{}' is not in this view layer").format(self.name))
+            self.report({"WARNING"}, told("'{}' is not in this view layer", self.name))
             return {"CANCELLED"}
         select_only(context, obj)
         return {"FINISHED"}
@@ -36,7 +37,7 @@ class BENTLIGHT_OT_material_select(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         material = bpy.data.materials.get(self.name)
         if material is None:
-            self.report({"WARNING"}, pgettext_rpt("There is no material '{}'").format(self.name))
+            self.report({"WARNING"}, told("There is no material '{}'", self.name))
             return {"CANCELLED"}
         for obj in context.view_layer.objects:
             slot = next((i for i, slot in enumerate(obj.material_slots) if slot.material == material), None)

@@ -1,11 +1,11 @@
 """The scene's size, chosen so that a black hole weighs what it should."""
 
 import bpy
-from bpy.app.translations import pgettext_rpt
 from bpy.props import FloatProperty
 
 from .. import scale
 from ..properties_scale import meters_per_unit
+from ..report import told
 
 _LENGTHS = 1e-9, 1e9  # meters a unit may have, by Blender's own limits
 
@@ -40,15 +40,15 @@ class BENTLIGHT_OT_unit_scale_fit(bpy.types.Operator):
         units, hole = context.scene.unit_settings, context.object
         size = hole.bentlight.mass * meters_per_unit(hole) / units.scale_length
         if not size > 0:
-            self.report({"ERROR"}, pgettext_rpt("The object has scale 0"))
+            self.report({"ERROR"}, told("The object has scale 0"))
             return {"CANCELLED"}
         length = self.suns * scale.METERS_PER_SUN / size
         if not _LENGTHS[0] <= length <= _LENGTHS[1]:
-            text = pgettext_rpt("One unit would be {:.3g} m long, and Blender allows 1e-9 to 1e9: make the hole larger")
-            self.report({"ERROR"}, text.format(length))
+            text = "One unit would be {:.3g} m long, and Blender allows 1e-9 to 1e9: make the hole larger"
+            self.report({"ERROR"}, told(text, length))
             return {"CANCELLED"}
         units.scale_length = length
-        self.report({"INFO"}, pgettext_rpt("One unit is {:.6g} m long now").format(length))
+        self.report({"INFO"}, told("One unit is {:.6g} m long now", length))
         return {"FINISHED"}
 
 

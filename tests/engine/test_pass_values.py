@@ -5,8 +5,6 @@ import numpy as np
 import pytest
 
 from blender_addon.passes import PASSES
-from blender_addon.sync.cryptomatte import murmur_hash, name_as_float
-from examples.compositor import new_tree
 from tests.engine import pass_scene, stage
 from tests.engine.cycles_pictures import NARROW
 from tests.engine.stage import blender  # noqa: F401 (a fixture)
@@ -149,48 +147,3 @@ def test_light_passes_follow_light_from_the_camera_alone(scene, tmp_path, capfd)
     assert capfd.readouterr().out.count("light is followed from the camera alone: the pass 'Diff") == 1
     scene.bentlight.integrator = "PATH"
     assert np.array_equal(told, stage.render(tmp_path)["Combined"])
-
-
-# ---- Cryptomatte ----
-
-
-def test_hashes_are_those_of_the_specification():
-    """MurmurHash3_x86_32 of known texts; a name whose hash has no usual exponent is kept from being one."""
-    assert murmur_hash(b"") == 0 and murmur_hash(b"hello") == 0x248BFA47
-    assert murmur_hash(b"The quick brown fox jumps over the lazy dog") == 0x2E4FF723
-    assert name_as_float("") == 0
-    values = np.array([name_as_float(f"object {i}") for i in range(4096)], np.float32)
-    assert np.isfinite(values).all() and (np.abs(values) >= np.finfo(np.float32).tiny).all()
-
-
-def test_blenders_cryptomatte_node_finds_objects(scene, tmp_path):
-    """Its matte is the coverage of the passes, 1 within an object and 0 outside: as the mask of the index pass."""
-    layer = scene.view_layers[0]
-    layer.use_pass_cryptomatte_object = True
-    scene.render.engine, scene.bentlight.samples = "BENTLIGHT", 8
-    passes = stage.render(tmp_path)
-    pairs = np.concatenate([passes[f"CryptoObject{i:02}"] for i in range(3)], axis=-1).reshape(42, 60, 6, 2)
-    coverage = (pairs[..., 1] * (pairs[..., 0] == np.float32(name_as_float("Ball")))).sum(axis=-1)
-    np.testing.assert_allclose(matte_of(scene, "Ball", tmp_path), coverage, atol=1e-6)
-    inside = passes[NAMES["object_index"]][..., 0] == 7
-    whole = inside[1:-1, 1:-1].copy()
-    for rows, columns in ((slice(0, -2), slice(1, -1)), (slice(2, None), slice(1, -1)), (slice(1, -1), slice(0, -2))):
-        whole &= inside[rows, columns]
-    behind_nothing = coverage[1:-1, 1:-1][whole & (pairs[1:-1, 1:-1, 1, 1] == 0)]
-    assert len(behind_nothing) > 20
-    np.testing.assert_allclose(behind_nothing, 1, atol=1e-6)
-    opaque = ~(pairs[..., 0] == np.float32(name_as_float("Pane"))).any(axis=-1)  # others are seen through it by chance
-    assert pairs[opaque, :, 1].sum(axis=-1).max() <= 1 + 1e-6 and (np.diff(pairs[..., 1], axis=-1) <= 0).all()
-
-
-def matte_of(scene, name: str, tmp_path) -> np.ndarray:
-    """What the compositor's node makes of a render."""
-    tree, output = new_tree(scene, "Matte")
-    node = tree.nodes.new("CompositorNodeCryptomatteV2")
-    node.source, node.scene = "RENDER", scene
-    node.layer_name, node.matte_id = "ViewLayer.CryptoObject", name
-    tree.links.new(node.outputs["Matte"], output.inputs[0])
-    picture = stage.render_layers(tmp_path)
-    scene.render.use_compositing = False
-    (combined,) = [passes["Combined"] for layer, passes in picture.items() if layer != "ViewLayer"]
-    return combined[..., 0]

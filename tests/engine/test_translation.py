@@ -1,6 +1,7 @@
 """What users are told can be translated: texts are whole, with places for names and numbers."""
 
 import ast
+import re
 from pathlib import Path
 
 import bpy
@@ -46,6 +47,65 @@ def test_no_text_is_put_together_before_it_is_translated():
     found = list(texts())
     assert len(found) > 100
     assert not [place for place, argument in found if isinstance(argument, ast.JoinedStr)]
+
+
+TRANSLATING = {"RenderError", "told", "rpt_", "iface_", "pgettext_rpt", "pgettext_iface"}
+
+
+def name_of(call: ast.Call) -> str:
+    return getattr(call.func, "id", getattr(call.func, "attr", ""))
+
+
+def raw_words(node: ast.AST) -> list[str]:
+    """Words written in an expression that no translator is shown; the engine's own name is not translated."""
+    if isinstance(node, ast.Call) and name_of(node) in TRANSLATING:
+        return []
+    if isinstance(node, ast.Constant):
+        is_word = isinstance(node.value, str) and any(c.isalpha() for c in node.value) and node.value != "Bentlight"
+        return [node.value] if is_word else []
+    return [word for child in ast.iter_child_nodes(node) for word in raw_words(child)]
+
+
+def shown():
+    """File, line and expression of every text that operators report, and that a render's status line shows."""
+    for path in sorted(ADDON.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Call) and name_of(node) in {"report", "update_stats"}:
+                where = f"{path.name}:{node.lineno}"
+                yield from ((where, text) for text in node.args[1 if name_of(node) == "report" else 0 :])
+            if isinstance(node, ast.FunctionDef) and node.name == "_work":  # relay_operators report what it returns
+                yield from ((f"{path.name}:{n.lineno}", n.value) for n in ast.walk(node) if isinstance(n, ast.Return))
+
+
+def test_what_words_are_raw():
+    for raw in ('"Done: " + text', 'f"Sample {n}"', '"a" if x else told("b")', '"{} left".format(n)'):
+        assert raw_words(ast.parse(raw, mode="eval")), raw
+    for whole in ('told("Sample {}", n)', 'f"{a} {b}".strip()', '"; ".join(done)', '"Bentlight"', "str(error)"):
+        assert not raw_words(ast.parse(whole, mode="eval")), whole
+
+
+def test_reports_and_status_lines_are_translated():
+    found = list(shown())
+    assert len(found) > 20
+    assert not [(place, raw_words(text)) for place, text in found if raw_words(text)]
+
+
+def test_operators_report_in_the_users_language(monkeypatch, capfd):
+    """Every text that a translator is shown comes back between marks: a report is such a text, whole."""
+    monkeypatch.setattr(report, "pgettext_rpt", lambda text: f"<{text}>")
+    add_camera(location=(0, -9, 0))
+    bpy.context.scene.render.engine = "CYCLES"
+    operators, suns = bpy.ops.bentlight, 10.0
+    assert operators.black_hole_add(mass=0.1) == {"FINISHED"}
+    capfd.readouterr()
+    for operator in (operators.cycles_setup, operators.cycles_clear, operators.relay_clear):
+        assert operator() == {"FINISHED"}
+    assert operators.relay_setup(bake=False) == operators.relay_clear() == {"FINISHED"}
+    assert operators.unit_scale_fit(suns=suns) == {"FINISHED"}
+    assert operators.object_select(name="nobody") == operators.material_select(name="nothing") == {"CANCELLED"}
+    said = re.findall(r"^(?:Info|Warning|Error): (.*)$", "".join(capfd.readouterr()), re.MULTILINE)
+    assert len(said) == 8
+    assert all(text.startswith("<") and text.endswith(">") for text in said), said
 
 
 def test_every_place_of_a_text_has_a_value():

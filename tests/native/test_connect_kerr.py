@@ -126,13 +126,20 @@ def test_errors_beside_the_poles_of_the_horizon():
     assert np.all(misses(space, 0.999, a[found], b[found], launch, swept) <= error + 1e-10)
 
 
+# Rates of first and second images that bentlight/connect.h states, less half of a unit of their last digit; of spin
+# 0.5, which it does not name, the like.
 MANY = [
-    (0.5, 1.001, 1e3, 20000, 0.9995, 0.999),
-    (0.9, 3, 100, 100000, 0.9998, 0.9995),
-    (0.9, 1.001, 1e3, 20000, 0.998, 0.997),
-    (0.999, 3, 100, 20000, 0.999, 0.998),
-    (0.999, 1.001, 1e3, 10000, 0.985, 0.98),
+    (0.5, 1.001, 1e3, 20000, 0.9999, 0.9996),
+    (0.9, 3, 100, 100000, 0.99985, 0.99975),
+    (0.9, 1.001, 1e3, 20000, 0.9985, 0.9985),
+    (0.999, 3, 100, 20000, 0.99985, 0.99945),
+    (0.999, 1.001, 1e3, 10000, 0.9915, 0.9885),
 ]
+
+
+def least(rate, pairs):
+    """A success rate that so many random pairs fall below by chance once in 30,000 times (four standard errors)."""
+    return rate - 4 * np.sqrt(rate * (1 - rate) / pairs)
 
 
 @pytest.mark.parametrize(("spin", "low", "high", "pairs", "first", "second"), MANY)
@@ -145,7 +152,7 @@ def test_many_pairs(spin, low, high, pairs, first, second):
     assert sum(got["counts"].values()) == 2 * len(a)
     for k, rate in enumerate((first, second)):
         met = got["status"][:, k] == MET
-        assert np.mean(met) >= rate
+        assert np.mean(met) >= least(rate, len(a))
         launch, arrival = got["launch"][met, k], got["arrival"][met, k]
         here, there = Place(spin, a[met]).constants(spin, launch), Place(spin, b[met]).constants(spin, arrival)
         scale = 1 + np.abs(here[0]) + np.abs(here[1]) ** 0.5  # impact parameter

@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 sys.path[:0] = [str(Path(__file__).parents[2] / folder) for folder in ("examples", "tests/images")]
-bpy = pytest.importorskip("bpy")
 
 
 @pytest.fixture

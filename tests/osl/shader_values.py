@@ -50,7 +50,7 @@ def evaluate(folder: Path, includes: list[str], code: str, numbers: np.ndarray) 
     import _cycles  # there once bpy is
 
     count, arguments = numbers.shape
-    width = int(np.ceil(np.sqrt(count)))
+    width = max(int(np.ceil(np.sqrt(count))), 4)  # Blender has no smaller pictures
     grid = np.zeros((width * width, arguments), np.float32)
     grid[:count] = numbers
     grid = grid.reshape(width, width, arguments)

@@ -14,10 +14,10 @@ from image_statistics import compare
 SEEDS, SAMPLES = 5, 9
 
 
-def room(name: str, place: str) -> bpy.types.Scene:
+def room(name: str, place: str, size: tuple[int, int]) -> bpy.types.Scene:
     """Two walls and a box on a floor, lit by a shining plate and the sky, all outside of the sphere; the same at the
     wormhole's other end."""
-    scene = agreement.new_scene(30, 18)
+    scene = agreement.new_scene(*size)
     agreement.box_samples(scene)
     objects.set_world((0.3, 0.4, 0.6))
     scene.cycles.sample_clamp_indirect = scene.cycles.blur_glossy = 0
@@ -41,8 +41,8 @@ def room(name: str, place: str) -> bpy.types.Scene:
     return scene
 
 
-def check(name: str, place: str, way: str) -> None:
-    scene = room(name, place)
+def check(name: str, place: str, way: str, size: tuple[int, int] = (30, 18)) -> None:
+    scene = room(name, place, size)
     comparison = compare(*(agreement.pictures(scene, one, SEEDS, SAMPLES) for one in (way, "engine")))
     assert comparison.precision < 0.03
     assert not comparison.differs(), str(comparison)
@@ -53,7 +53,19 @@ def test_by_the_lens(name, place):
     check(name, place, "lens")
 
 
-@pytest.mark.parametrize("name", ["schwarzschild", "kerr 0.9", "ellis"])
-def test_by_the_relay_camera(name):
-    """What its camera rays meet; what scatters there goes by the lens."""
-    check(name, "near", "relay")
+RELAY_CASES = [
+    pytest.param(name, place, id=f"{name}-{place}")
+    for name, place in (
+        ("schwarzschild", "far"),
+        ("kerr 0.6", "near"),
+        ("kerr 0.9", "near"),
+        ("kerr 0.998", "horizon"),
+        ("ellis", "near"),
+    )
+]
+
+
+@pytest.mark.parametrize(("name", "place"), RELAY_CASES)
+def test_by_the_relay_camera(name, place):
+    """What its camera rays meet, in every kind of space; what scatters there goes by the lens."""
+    check(name, place, "relay", (24, 14))

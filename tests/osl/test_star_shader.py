@@ -6,7 +6,7 @@ import objects
 import pytest
 import rendering
 
-from blender_addon.cycles import setup, star_cells, stars
+from blender_addon.cycles import files, setup, shaders, star_cells, stars
 
 SEEDS, SAMPLES = 8, 256
 
@@ -141,3 +141,48 @@ def test_cells_hold_all_light_and_each_star_near_its_place():
     assert 0.95 * len(where) < len(kept) <= len(where)
     nearest = np.array([np.linalg.norm(kept - star, axis=1).min() for star in where[:500]])
     assert (nearest < 1e-6).mean() > 0.9 and nearest.max() < 1.5 * 2 * np.pi / size
+
+
+VIEWS = {"north pole": (0, 0, 1), "south pole": (0.004, -0.003, -1), "seam": (-1, 0, 0.3), "aside": (0.3, -0.8, 0.5)}
+SIZE, FIELD = 256, 0.15  # cells at the equator, 0.025 wide; radians across the picture
+
+
+def pixel_directions(camera, width):
+    """(width, width, 3), from the top."""
+    x = np.tan(FIELD / 2) * ((np.arange(width) + 0.5) / width * 2 - 1)
+    local = np.stack([*np.meshgrid(x, -x), -np.ones((width, width))], axis=-1)
+    local /= np.linalg.norm(local, axis=-1, keepdims=True)
+    return local @ np.array(camera.matrix_world)[:3, :3].T
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_every_pixel_sees_the_stars_that_it_should(scene, view):
+    """Light over the solid angle of a disk, for all disks that a pixel lies in, of all stars of the table: whichever
+    cells they are in, across rows of another number of cells, around the poles, and where azimuths begin anew."""
+    random = np.random.default_rng(6)
+    middle = np.array(VIEWS[view]) / np.linalg.norm(VIEWS[view])
+    where = middle + random.uniform(-FIELD, FIELD, (300, 3))
+    where /= np.linalg.norm(where, axis=1, keepdims=True)
+    cells = star_cells.star_cells(where, random.uniform(0.1, 1, (300, 3)), SIZE)
+    world, radius, strength = scene.world, star_cells.radius_max(SIZE), 2e-4
+    tree = world.node_tree
+    tree.nodes.clear()
+    node, output = tree.nodes.new("ShaderNodeScript"), tree.nodes.new("ShaderNodeOutputWorld")
+    sockets = {"Size": ("NodeSocketInt", SIZE), "Radius": ("NodeSocketFloat", radius)}
+    sockets |= {"Cells": ("NodeSocketString", str(files.named_by_content("stars", cells)))}
+    shaders.fill_node(node, shaders.compiled("stars"), sockets | {"Strength": ("NodeSocketFloat", strength)})
+    tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
+    scene.cycles.shading_system = True
+    camera = objects.camera((0, 0, 0), tuple(middle))
+    camera.data.angle = FIELD
+    rendering.set_size(scene, 64, 64)
+    seen = rendering.render(scene, "CYCLES", 0, 1)
+    stars_there = cells[cells[..., 3:].sum(axis=-1) > 0].astype(float)
+    bpy.context.view_layer.update()
+    apart = np.linalg.norm(pixel_directions(camera, 64)[..., None, :] - stars_there[:, :3], axis=-1)
+    light = (apart < radius) @ stars_there[:, 3:] * strength / (np.pi * radius**2)
+    clear = (np.abs(apart - radius) > 0.02 * FIELD / 64).all(axis=-1)  # a pixel is 0.01 wide
+    assert len(stars_there) > 15 and clear.mean() > 0.9
+    counts = (apart < radius).sum(axis=-1)
+    assert 0.1 < (counts > 0).mean() < 0.9 and counts.max() > 1
+    np.testing.assert_allclose(seen[clear], light[clear], rtol=2e-6)

@@ -8,7 +8,6 @@ import shader_values
 from bentlight_native.table import map_values
 
 HEADER = Path(__file__).parents[2] / "native" / "src" / "table" / "map.h"
-bpy = pytest.importorskip("bpy")
 
 
 def test_every_function_compiles(tmp_path):
