@@ -83,6 +83,38 @@ def test_many_lamps_add_up(threshold):
     assert abs(z_score(values, exact)) < 4
 
 
+def grid(steps):
+    """The square of `quad()` in 2 steps^2 triangles."""
+    line = np.linspace(-1, 1, steps + 1, dtype=np.float32)
+    vertices = np.stack([*np.meshgrid(line, line), np.zeros((steps + 1, steps + 1), np.float32)], axis=-1).reshape(
+        -1, 3
+    )
+    first = (np.arange(steps)[:, None] * (steps + 1) + np.arange(steps)).reshape(-1, 1)
+    faces = [first + corners for corners in ([0, 1, steps + 2], [0, steps + 2, steps + 1])]
+    return vertices, np.concatenate(faces).astype(np.uint32)
+
+
+@pytest.mark.parametrize("bent", [False, True])
+def test_a_square_of_many_triangles(bent):
+    """205,000 shining triangles, drawn one by one: in flat space they bring what the square's form factor says, and in
+    bent space what two large triangles bring."""
+    radiance, distance = 3.0, 1.5
+    lit = {}
+    for steps in (320, 1):
+        scene = new_scene()
+        below = placed(0, 0, distance) @ np.diag([1, -1, -1, 1.0])
+        add(scene, grid(steps), emission((radiance,) * 3), at=below, one_sided=True)
+        if bent:
+            scene.set_spacetime(Spacetime.schwarzschild(0.02), placed(0.4, 0.1, 0.7))
+        lit[steps] = patch_radiance(scene, samples=256, light_sampling="BOTH" if bent else "CONNECTIONS")
+    half = 1 / distance
+    exact = radiance * 4 / np.pi * half / np.hypot(1, half) * np.arctan(half / np.hypot(1, half))
+    if not bent:
+        assert all(abs(z_score(values, exact)) < 4 for values in lit.values()), exact
+    assert abs(z_score(lit[320] - lit[1], 0)) < 4
+    assert all(values.std() / 8 < 0.01 * exact for values in lit.values())
+
+
 @pytest.mark.parametrize("angle", [0.0, 1e-3, 1.0])
 def test_sun(angle):
     """A sun of irradiance E at 60 degrees: E cos / pi, exactly where it is a point."""
