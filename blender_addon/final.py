@@ -44,6 +44,7 @@ _TILES_PER_THREAD = 8  # at least, so that no thread idles long at the end
 _TILE_PATHS = 1 << 20  # at most, about a second's work, so that the picture grows before the user's eyes
 _FILTER_WIDTHS = 0.01, 30.0  # pixels, that the core takes; Blender lets users set any
 _PREVIEW_SAMPLES, _PREVIEW_BOUNCES = 32, 4
+_LOST_JOINS = 1e-3  # so many of the rays to lights may be missing without a word
 # The whole support of a filter over Blender's filter size, as Cycles has it (intern/cycles/scene/film.cpp).
 _FILTER_SUPPORT = {"BLACKMAN_HARRIS": 2.0, "GAUSSIAN": 3.0, "BOX": 1.0}
 
@@ -344,8 +345,26 @@ class _ViewRender:
         finally:
             if recording:
                 recording.close()
+        self._tell_lost_light(settings, session.lost_joins)
         if not written:
             self._write_nothing()
+
+    def _tell_lost_light(self, settings: bentlight_native.RenderSettings, lost: float) -> None:
+        """Near the horizon of a fast hole not all rays to lights are found; scattering makes up for it where it can."""
+        if lost < _LOST_JOINS:
+            return
+        percent = f"{100 * lost:.1f}"
+        if settings.light_sampling == "CONNECTIONS":
+            self._reporter.warn(
+                "{} % of the bent rays to lights were not found: their light is missing. Set Light Sampling to Both",
+                percent,
+            )
+        elif self._data.lamps or any(sun.angle == 0 for sun in self._data.suns):
+            self._reporter.warn(
+                "{} % of the bent rays to lights were not found: of lamps without size that light is missing. "
+                "Give them a size",
+                percent,
+            )
 
     def _time_limit(self) -> float:
         """Seconds; 0 if there is none."""

@@ -173,7 +173,8 @@ class Session:
         self._is_pausing = False
         self._busy = 0  # tiles that are being rendered
         self._spared = 0  # pixel samples of rounds that were not needed
-        self._changed = threading.Condition()  # guards the seven above
+        self._joins = self._lost_joins = 0
+        self._changed = threading.Condition()  # guards the nine above
         self._light = empty_light(settings) if light is None else light
         self._unlit: dict[Tile, FinishedTile] = {}  # as they came last, where light is added to them
         self._results: queue.SimpleQueue[FinishedTile | BaseException | object | None] = queue.SimpleQueue()
@@ -202,6 +203,12 @@ class Session:
     @property
     def _is_time_over(self) -> bool:
         return 0 < self._time_limit < self._elapsed
+
+    @property
+    def lost_joins(self) -> float:
+        """Which part of the curved rays that were to join places with lights was not found (RenderStatistics)."""
+        with self._changed:
+            return self._lost_joins / max(self._joins, 1)
 
     @property
     def seconds_left(self) -> float | None:
@@ -409,6 +416,7 @@ class Session:
                 self._light,
                 work.state,
             )
+            self._count(done)
             more = bool(work.rounds) and done.samples > 0
         except bentlight_native.Cancelled:
             if work.channels["sample_count"].any():
@@ -418,6 +426,11 @@ class Session:
         if work.is_shown:
             self._show(work, self._finished(work, len(work.rounds) if more else 0, is_last=not more))
         return more
+
+    def _count(self, done: bentlight_native.RenderStatistics) -> None:
+        with self._changed:
+            self._joins += done.joins
+            self._lost_joins += done.lost_joins
 
     def _show(self, work: _Work, finished: FinishedTile) -> None:
         work.shown, work.is_shown = self._elapsed, True

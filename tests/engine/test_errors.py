@@ -372,3 +372,27 @@ def test_what_is_not_supported_is_said(capfd, tmp_path):
     light.data.spread = 0.0
     said = " ".join(warnings(capfd, tmp_path))
     assert "spread" in said
+
+
+@pytest.mark.parametrize(
+    ("spin", "size", "sampling", "said"),
+    [
+        (0.999, 0.0, "BOTH", "of lamps without size that light is missing"),
+        (0.999, 0.1, "CONNECTIONS", "their light is missing. Set Light Sampling to Both"),
+        (0.999, 0.1, "BOTH", ""),  # scattering brings it
+        (0.3, 0.0, "BOTH", ""),  # all rays are found
+    ],
+)
+def test_light_that_is_lost_is_told(capfd, tmp_path, spin, size, sampling, said):
+    """Of a lamp just above the horizon of a hole that spins fast, on a square below."""
+    stage.add_camera((3, 0, 3))
+    stage.add_square(4.0, (3, 0, -2))
+    stage.add_light("POINT", (1.6 if spin > 0.5 else 3, 0, 0), shadow_soft_size=size)
+    add_hole(mass=1.0, spin=spin)
+    scene = bpy.context.scene
+    scene.bentlight.light_sampling, scene.bentlight.samples, scene.bentlight.max_bounces = sampling, 1, 0
+    scene.render.resolution_x = scene.render.resolution_y = 24
+    found = warnings(capfd, tmp_path)
+    told = [line for line in found if "of the bent rays to lights were not found" in line]
+    assert len(told) == bool(said) and all(said in line for line in told), found
+    assert all(0.1 < float(line.split()[1]) < 60 for line in told)

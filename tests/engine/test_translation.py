@@ -10,7 +10,7 @@ import pytest
 from blender_addon import report
 from blender_addon.cycles.disk import warnings as disk_warnings
 from blender_addon.report import RenderError, Reporter, told
-from tests.engine.stage import add_camera, add_square, render
+from tests.engine.stage import add_camera, add_light, add_square, render
 
 ADDON = Path(__file__).resolve().parents[2] / "blender_addon"
 WORDS = {
@@ -24,6 +24,9 @@ WORDS = {
         "Die Scheibe von '{}' leuchtet nur in Cycles; es fehlt: {}"
     ),
     "'{}' is not supported yet; left out": "'{}' fehlt noch; ausgelassen",
+    "{} % of the bent rays to lights were not found: of lamps without size that light is missing. Give them a size": (
+        "{} % der krummen Strahlen zu Lampen fehlen: gib diesen eine Ausdehnung"
+    ),
 }
 
 
@@ -151,3 +154,17 @@ def test_a_render_warns_in_the_users_language(german, tmp_path, capfd):
     square.data.materials.append(material)
     render(tmp_path)
     assert f"Werkstoff 'Wand', Knoten '{output.name}': 'Volume' fehlt noch" in "".join(capfd.readouterr())
+
+
+def test_lost_light_is_told_in_the_users_language(german, tmp_path, capfd):
+    add_camera((3, 0, 3))
+    add_square(4.0, (3, 0, -2))
+    add_light("POINT", (1.6, 0, 0), shadow_soft_size=0.0)
+    bpy.ops.bentlight.black_hole_add()
+    settings = bpy.context.object.bentlight
+    settings.mass, settings.spin = 1.0, 0.999
+    scene = bpy.context.scene
+    scene.bentlight.samples, scene.bentlight.max_bounces = 1, 0
+    scene.render.resolution_x = scene.render.resolution_y = 24
+    render(tmp_path)
+    assert " % der krummen Strahlen zu Lampen fehlen" in "".join(capfd.readouterr())

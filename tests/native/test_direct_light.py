@@ -22,22 +22,20 @@ from scenes import (
 from test_render_curved import areal_radius, placed, shadow_sine
 from test_render_light import z_score
 
-WHITE = diffuse((1, 1, 1))
-
 
 def add_lamps(scene, *positions, intensity=1.0, **options):
     index = scene.add_material(material(emission((intensity,) * 3)))
     scene.set_lamps([placed(*p) for p in positions], index, **options)
 
 
-def patch_radiance(scene, *, samples=1, at=(0, 0, 0), up=(0, 0, 1), side=(1, 0, 0), **settings):
-    """Radiance of the diffuse patch of albedo 1 at `at`, whose upper side is seen from near by: (64,) pixels of one
+def patch_radiance(scene, *, samples=1, at=(0, 0, 0), up=(0, 0, 1), side=(1, 0, 0), albedo=1.0, **settings):
+    """Radiance of the diffuse patch at `at`, whose upper side is seen from near by: (64,) pixels of one
     place. max_bounces 0: direct light alone."""
     up, side = np.array(up, float), np.array(side, float)
     frame = np.eye(4)
     frame[:3, :3] = np.stack([side, np.cross(up, side), up], axis=1)
     frame[:3, 3] = at
-    add(scene, quad(1e-4, 1e-4), WHITE, at=frame)
+    add(scene, quad(1e-4, 1e-4), diffuse((albedo,) * 3), at=frame)
     eye = np.array(at) + 1e-4 * (up + 0.3 * side)
     perspective(scene, look_at(eye, at, up=np.cross(up, side)), half=1e-6)
     scene.commit()
@@ -83,6 +81,38 @@ def test_many_lamps_add_up(threshold):
     exact = (2.0 * places[:, 2] / distance**3).sum() / np.pi
     values = patch_radiance(scene, samples=256, light_threshold=threshold)
     assert abs(z_score(values, exact)) < 4
+
+
+def grid(steps):
+    """The square of `quad()` in 2 steps^2 triangles."""
+    line = np.linspace(-1, 1, steps + 1, dtype=np.float32)
+    vertices = np.stack([*np.meshgrid(line, line), np.zeros((steps + 1, steps + 1), np.float32)], axis=-1).reshape(
+        -1, 3
+    )
+    first = (np.arange(steps)[:, None] * (steps + 1) + np.arange(steps)).reshape(-1, 1)
+    faces = [first + corners for corners in ([0, 1, steps + 2], [0, steps + 2, steps + 1])]
+    return vertices, np.concatenate(faces).astype(np.uint32)
+
+
+@pytest.mark.parametrize("bent", [False, True])
+def test_a_square_of_many_triangles(bent):
+    """205,000 shining triangles, drawn one by one: in flat space they bring what the square's form factor says, and in
+    bent space what two large triangles bring."""
+    radiance, distance = 3.0, 1.5
+    lit = {}
+    for steps in (320, 1):
+        scene = new_scene()
+        below = placed(0, 0, distance) @ np.diag([1, -1, -1, 1.0])
+        add(scene, grid(steps), emission((radiance,) * 3), at=below, one_sided=True)
+        if bent:
+            scene.set_spacetime(Spacetime.schwarzschild(0.02), placed(0.4, 0.1, 0.7))
+        lit[steps] = patch_radiance(scene, samples=256, light_sampling="BOTH" if bent else "CONNECTIONS")
+    half = 1 / distance
+    exact = radiance * 4 / np.pi * half / np.hypot(1, half) * np.arctan(half / np.hypot(1, half))
+    if not bent:
+        assert all(abs(z_score(values, exact)) < 4 for values in lit.values()), exact
+    assert abs(z_score(lit[320] - lit[1], 0)) < 4
+    assert all(values.std() / 8 < 0.01 * exact for values in lit.values())
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-3, 1.0])
@@ -183,6 +213,36 @@ def test_lamp_behind_a_hole(u):
     assert patch_radiance(scene, samples=64).mean() == pytest.approx(exact, rel=1e-3)
 
 
+@pytest.mark.parametrize("u", [0.3, 1.5])
+def test_transparent_shadows_of_two_images(u):
+    """Magnifications (u^2 + 2) / (2 u sqrt(u^2 + 4)) +- 1/2 (Einstein 1936), each image dimmed by a pane of its own."""
+    mass, distance = 1e-8, 1.0
+    ring = np.sqrt(4 * mass / (2 * distance))
+    scene = new_scene()
+    scene.set_spacetime(Spacetime.schwarzschild(mass), placed(0, 0, distance))
+    add_lamps(scene, (2 * distance * ring * u, 0, 2 * distance))
+    for side, color in [(1, 0.5), (-1, 0.8)]:
+        add(scene, quad(5, 5), transparent((color,) * 3), at=placed(5 * side, 0, 0.9 * distance))
+    mean = (u**2 + 2) / (2 * u * np.sqrt(u**2 + 4))
+    exact = (0.5 * (mean + 0.5) + 0.8 * (mean - 0.5)) / (2 * distance) ** 2 / np.pi
+    assert patch_radiance(scene, samples=64).mean() == pytest.approx(exact, rel=1e-3)
+
+
+@pytest.mark.parametrize("name", ["isotropic", "areal", "spinning"])
+def test_transparent_shadow_of_a_ball_around_a_hole(name):
+    """What goes around the hole crosses the ball twice, on any curve; a lamp inside of it shines through it once."""
+    for lamp, factor in [((0.05, 0.3, 4), 0.36), ((0.05, 0.3, 1), 0.6)]:
+        lit = []
+        for has_ball in (False, True):
+            scene = new_scene()
+            scene.set_spacetime(SPACETIMES[name])
+            if has_ball:
+                add(scene, meshes.sphere(2.0), transparent((0.6, 0.6, 0.6)))
+            add_lamps(scene, lamp)
+            lit.append(patch_radiance(scene, at=(0, 0, -4), samples=4))
+        assert (lit[0] > 0).all() and lit[1] == pytest.approx(factor * lit[0], rel=1e-5), lamp
+
+
 def test_hole_in_a_screen_lets_nothing_through():
     """A screen around the hole with an opening smaller than the critical impact parameter: what aims at the opening
     falls in, so a lamp exactly behind it, and beside it, gives no light. Without the hole it shines through."""
@@ -195,11 +255,12 @@ def test_hole_in_a_screen_lets_nothing_through():
         assert (values > 0).all() if lit else (values == 0).all()
 
 
+@pytest.mark.parametrize(("light", "albedo"), [("suns", 1.0), ("world", 0.4)])
 @pytest.mark.parametrize("factor", [2.1, 2.5, 2.9, 3.1, 4.0, 10.0])
-def test_patch_near_a_hole_under_an_even_sky(factor):
-    """Two suns that fill the sky with radiance 1. Inside the photon sphere a patch that faces outward sees the sky in a
-    cone of half-angle chi, outside one that faces inward sees a shadow of half-angle psi; both have the sine of Synge
-    (1966). Irradiance over pi: sin^2(chi), or 1 - sin^2(psi)."""
+def test_patch_near_a_hole_under_an_even_sky(factor, light, albedo):
+    """A sky of radiance 1, or two suns that fill it. Inside the photon sphere a patch that faces outward sees the sky
+    in a cone of half-angle chi, outside one that faces inward sees a shadow of half-angle psi; both have the sine of
+    Synge (1966). Irradiance over pi: sin^2(chi), or 1 - sin^2(psi)."""
     mass = 0.5
     r = factor * mass
     isotropic = (r - mass + np.sqrt(r * (r - 2 * mass))) / 2
@@ -208,12 +269,15 @@ def test_patch_near_a_hole_under_an_even_sky(factor):
     for sampling in ("CONNECTIONS", "BOTH", "SCATTERING"):
         scene = new_scene()
         scene.set_spacetime(Spacetime.schwarzschild(mass))
-        scene.set_suns([(1, 1, 1), (-1, -1, -1)], np.ones((2, 3)), np.pi)
+        if light == "suns":
+            scene.set_suns([(1, 1, 1), (-1, -1, -1)], np.ones((2, 3)), np.pi)
+        else:
+            scene.set_world(material(emission((1, 1, 1))))
         up = (0, 0, 1) if factor < 3 else (0, 0, -1)
         values = patch_radiance(
-            scene, samples=128, at=(0, 0, isotropic), up=up, light_sampling=sampling, tolerance=1e-5
+            scene, samples=128, at=(0, 0, isotropic), up=up, albedo=albedo, light_sampling=sampling, tolerance=1e-5
         )
-        exact = share if factor < 3 else 1 - share
+        exact = albedo * (share if factor < 3 else 1 - share)
         # from the third image on, connections are cut at a share of 1e-4
         assert abs(values.mean() - exact) < 4 * values.std(ddof=1) / np.sqrt(values.size) + 1e-4, sampling
 
@@ -252,7 +316,7 @@ MATERIALS = {
 
 
 def room(spacetime, *closures):
-    """A floor, a ball, a lamp overhead and a glowing ball beside it, a sun and a sky, around a hole or wormhole."""
+    """A floor, a ball, a lamp overhead and a glowing ball beside it, and a sun, around a hole or wormhole."""
     scene = new_scene()
     add(scene, quad(3, 3), *closures)
     add(scene, meshes.sphere(0.4, segments=16, rings=8), *closures, at=placed(-1, 0.3, 0.5))

@@ -196,6 +196,10 @@ typedef struct bent_render_statistics {
   uint64_t rays;       /* rays traced, all bounces */
   uint64_t unresolved; /* rays whose tolerance could not be met: black, and pi in the channel `error` */
   uint64_t invalid;    /* samples that came out NaN or infinite (broken input): counted black */
+  /* Curved rays that connections between two places, or a place and the sky, have looked for; and those of them that exist
+   * but were not found, or not exactly enough (connect.h). Their light comes by scattering, and that of lamps without size
+   * not at all. */
+  uint64_t joins, lost_joins;
 } bent_render_statistics;
 
 /* Of the light that subpaths from lamps bring. */

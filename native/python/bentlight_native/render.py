@@ -132,12 +132,16 @@ class RenderStatistics(NamedTuple):
     rays: rays traced, all bounces.
     unresolved: rays whose tolerance could not be met; they are black, and pi in the channel `error`.
     invalid: samples that came out NaN or infinite because of broken input; they count as black.
+    joins, lost_joins: curved rays that connections with lights have looked for, and those of them that exist but were
+        not found exactly enough (`connect`). Their light comes by scattering, that of lamps without size not at all.
     """
 
     samples: int
     rays: int
     unresolved: int
     invalid: int
+    joins: int
+    lost_joins: int
 
 
 class Aperture(NamedTuple):
@@ -382,7 +386,9 @@ class RenderMethods:
         wormholes without exit with far. u: (n,) in [0, 1) decides what is listed, as in a render; None lists all.
         way_chances: (n, 1 + 2 lenses) in (0, 1]: those with which the straight way and, by way of each lens, that on
         this side and that through its throat are tried; None: all are.
-        Returns "count" (n,), "rest" (n,), what u has left for further decisions, and for each pair in places
+        Returns "count" (n,); "wanted" and "lost" (n,), how many images around a hole or wormhole, both ends beside it,
+        were looked for, and those of them that exist but were not found exactly enough; "rest" (n,), what u has left
+        for further decisions; and for each pair in places
         0 .. count - 1 of 16, the others NaN or -1: "launch", "arrival" (n, 16, 3) local directions of travel, "spread"
         (n, 16) local area at the end (solid angle of sky) per solid angle of launch, "swept" (n, 16), and "first_lens",
         "borders", "length" as ``intersect`` has them; "chance", with which the way, number "way", was tried; with more
@@ -392,7 +398,8 @@ class RenderMethods:
         points, ends = (np.ascontiguousarray(a, dtype=np.float64) for a in (points, ends))
         given = (None if a is None else np.ascontiguousarray(a, dtype=np.float64) for a in (u, way_chances))
         n, shape = len(points), (len(points), 16)
-        out = {"count": np.empty(n, np.int32), "rest": np.empty(n)}
+        out = {name: np.empty(n, np.int32) for name in ("count", "wanted", "lost")}
+        out["rest"] = np.empty(n)
         out |= {name: np.full((*shape, 3), np.nan) for name in ("launch", "arrival")}
         out |= {name: np.full(shape, np.nan) for name in ("spread", "swept")}
         out |= {"first_lens": np.full(shape, -1, np.int32), "borders": np.zeros(shape, np.uint32)}

@@ -181,8 +181,10 @@ static void join_images(const geometry *g, const lens *l, const inner *in, size_
                                                 NULL, NULL, &ignored);
   if (failed) return;
   for (size_t i = 0; i < n * images; i++) {
-    if (status[i] != BENT_CONNECTION_MET) continue; /* nor a ring: it has no light, its spread is 0 */
     const size_t k = which[i / images];
+    out[in->pair[k]].wanted += status[i] != BENT_CONNECTION_NONE;
+    out[in->pair[k]].lost += status[i] == BENT_CONNECTION_COARSE || status[i] == BENT_CONNECTION_FAILED;
+    if (status[i] != BENT_CONNECTION_MET) continue; /* nor a ring: it has no light, its spread is 0 */
     const vec3 arrives = v3_from(arrival[i]), cone = sky ? arrives : cone_at(l, in->to[k], arrives, spread[i]);
     const double area = sky ? 1 : l->scale * l->scale, turned = 1 / l->scale; /* the matrix turns and scales */
     joint j = {.launch = v3_scale(mat4_vector(&l->world_from_spacetime, v3_from(launch[i])), turned),
@@ -260,7 +262,7 @@ void join_by_chance(const geometry *g, size_t n, const vec3 *from, const vec3 *t
   for (size_t first = 0; first < n; first += BLOCK) {
     const size_t count = n - first < BLOCK ? n - first : BLOCK;
     double rest[BLOCK];
-    for (size_t i = 0; i < count; i++) rest[i] = u[first + i], out[first + i].count = 0, out[first + i].dice = bits_of(u[first + i]);
+    for (size_t i = 0; i < count; i++) rest[i] = u[first + i], out[first + i] = joints_none(bits_of(u[first + i]));
     for (int k = -1; k < (int)g->lens_count; k++)
       join_by(g, k, count, from + first, to + first, rest, chances ? chances + first : NULL, NULL, sky, far,
               out + first);
@@ -305,7 +307,7 @@ void join_traced(const geometry *g, size_t n, const vec3 *from, const vec3 *to, 
         if (traces[next].first_lens == k)
           a[count] = from[next], b[count] = to[next], traced[count] = traces[next], pair[count++] = next;
       joints found[BLOCK];
-      for (size_t i = 0; i < count; i++) found[i].count = 0, found[i].dice = 0;
+      for (size_t i = 0; i < count; i++) found[i] = joints_none(0);
       if (count) join_by(g, k, count, a, b, NULL, NULL, traced, sky, far, found);
       for (size_t i = 0; i < count; i++) {
         const joint *j = find(&found[i], &traced[i]);

@@ -29,10 +29,18 @@ typedef struct joint {
 
 typedef struct joints {
   int count;
+  int wanted, lost; /* curved images that were looked for, and those of them that exist but were not found as exactly as wanted */
   double rest; /* the number that decided what is listed, again even in [0, 1) */
   uint64_t dice; /* random bits for what is too much to be listed */
   joint list[JOINTS_MAX];
 } joints;
+
+static inline joints joints_none(uint64_t dice)
+{
+  joints none;
+  none.count = none.wanted = none.lost = 0, none.rest = 0, none.dice = dice;
+  return none;
+}
 
 /* What joins from[i] with to[i], i < n. The straight line and the first image by way of each lens are always listed. The
  * others are mostly faint: by u[i] in [0, 1) they are listed with a chance, never too small, that grows with the light that

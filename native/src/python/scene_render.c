@@ -282,7 +282,7 @@ static PyObject *draw_light_starts(PyObject *self, PyObject *args)
 }
 
 /* The arrays of join(), in its order. */
-enum { JOIN_POINTS, JOIN_ENDS, JOIN_U, JOIN_CHANCES, JOIN_COUNT, JOIN_REST, JOIN_LAUNCH, JOIN_ARRIVAL, JOIN_SPREAD,
+enum { JOIN_POINTS, JOIN_ENDS, JOIN_U, JOIN_CHANCES, JOIN_COUNT, JOIN_WANTED, JOIN_LOST, JOIN_REST, JOIN_LAUNCH, JOIN_ARRIVAL, JOIN_SPREAD,
        JOIN_SWEPT, JOIN_FIRST_LENS, JOIN_BORDERS, JOIN_LENGTH, JOIN_CHANCE, JOIN_IMAGE_CHANCE, JOIN_WAY, JOIN_ARRAYS };
 static const struct {
   const char *name;
@@ -290,7 +290,8 @@ static const struct {
   int dimensions, flags;
 } JOIN_KINDS[JOIN_ARRAYS] = {
     {"points", 'd', 2, BUFFER_FINITE}, {"ends", 'd', 2, BUFFER_FINITE}, {"u", 'd', 1, BUFFER_FINITE | BUFFER_OPTIONAL},
-    {"way_chances", 'd', 2, BUFFER_FINITE | BUFFER_OPTIONAL}, {"count", 'i', 1, BUFFER_WRITE}, {"rest", 'd', 1, BUFFER_WRITE},
+    {"way_chances", 'd', 2, BUFFER_FINITE | BUFFER_OPTIONAL}, {"count", 'i', 1, BUFFER_WRITE},
+    {"wanted", 'i', 1, BUFFER_WRITE}, {"lost", 'i', 1, BUFFER_WRITE}, {"rest", 'd', 1, BUFFER_WRITE},
     {"launch", 'd', 3, BUFFER_WRITE}, {"arrival", 'd', 3, BUFFER_WRITE}, {"spread", 'd', 2, BUFFER_WRITE},
     {"swept", 'd', 2, BUFFER_WRITE}, {"first_lens", 'i', 2, BUFFER_WRITE}, {"borders", 'I', 2, BUFFER_WRITE},
     {"length", 'd', 2, BUFFER_WRITE}, {"chance", 'd', 2, BUFFER_WRITE}, {"image_chance", 'd', 2, BUFFER_WRITE},
@@ -315,6 +316,8 @@ static void join_block(const bent_scene *scene, const buffer *b, size_t first, s
   join_by_chance(scene->geometry, n, from, to, u, tried, sky, far, found);
   for (size_t i = 0; i < n; i++) {
     ((int32_t *)buffer_data(&b[JOIN_COUNT]))[first + i] = found[i].count;
+    ((int32_t *)buffer_data(&b[JOIN_WANTED]))[first + i] = found[i].wanted;
+    ((int32_t *)buffer_data(&b[JOIN_LOST]))[first + i] = found[i].lost;
     ((double *)buffer_data(&b[JOIN_REST]))[first + i] = found[i].rest;
     for (int k = 0; k < found[i].count; k++) {
       const joint *j = &found[i].list[k];
@@ -338,8 +341,8 @@ static PyObject *join(PyObject *self, PyObject *args)
 {
   PyObject *in[JOIN_ARRAYS];
   int sky, far, bad = 0;
-  if (!PyArg_ParseTuple(args, "ppOOOOOOOOOOOOOOOO:join", &sky, &far, &in[0], &in[1], &in[2], &in[3], &in[4], &in[5], &in[6],
-                        &in[7], &in[8], &in[9], &in[10], &in[11], &in[12], &in[13], &in[14], &in[15]))
+  if (!PyArg_ParseTuple(args, "ppOOOOOOOOOOOOOOOOOO:join", &sky, &far, &in[0], &in[1], &in[2], &in[3], &in[4], &in[5], &in[6],
+                        &in[7], &in[8], &in[9], &in[10], &in[11], &in[12], &in[13], &in[14], &in[15], &in[16], &in[17]))
     return NULL;
   const bent_scene *scene = scene_value(self);
   if (!scene) return NULL;
@@ -439,10 +442,12 @@ static PyObject *render_tile(PyObject *self, PyObject *args, PyObject *keywords)
                                     &statistics, progress, &error);
     Py_END_ALLOW_THREADS
     result = status ? raise_error(&error)
-                    : Py_BuildValue("{sKsKsKsK}", "samples", (unsigned long long)statistics.samples, "rays",
+                    : Py_BuildValue("{sKsKsKsKsKsK}", "samples", (unsigned long long)statistics.samples, "rays",
                                     (unsigned long long)statistics.rays, "unresolved",
                                     (unsigned long long)statistics.unresolved, "invalid",
-                                    (unsigned long long)statistics.invalid);
+                                    (unsigned long long)statistics.invalid, "joins",
+                                    (unsigned long long)statistics.joins, "lost_joins",
+                                    (unsigned long long)statistics.lost_joins);
   }
   buffer_release_all(buffers, BENT_CHANNELS_MAX);
   buffer_release(&state);

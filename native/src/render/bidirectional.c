@@ -161,7 +161,8 @@ static void add_connections(const tracer *t, path_block *block, const lit_vertex
   }
 }
 
-void bidirectional_connect(const tracer *t, path_block *block, int count, const lit_vertex *vertices)
+void bidirectional_connect(const tracer *t, path_block *block, int count, const lit_vertex *vertices,
+                           bent_render_statistics *statistics)
 {
   vec3 from[DIRECT_BATCH], to[DIRECT_BATCH];
   double images[DIRECT_BATCH], u[DIRECT_BATCH][SAMPLER_DIMENSIONS];
@@ -177,5 +178,6 @@ void bidirectional_connect(const tracer *t, path_block *block, int count, const 
   }
   if (!n) return;
   join_points(t->scene->geometry, (size_t)n, from, to, images, found);
+  direct_count_joins(statistics, (size_t)n, found);
   for (int k = 0; k < n; k++) add_connections(t, block, &vertices[which[k]], light[k], choices[k], &found[k], u[k]);
 }

@@ -24,5 +24,6 @@ double bidirectional_weight_emission(const tracer *t, const path *p, const chain
 double bidirectional_rivals(const tracer *t, const path_block *block, const lit_vertex *v, const light_sample *s,
                             const joint *j);
 /* Joins each of `count` <= DIRECT_BATCH vertices with one vertex of its sample's light subpath. */
-void bidirectional_connect(const tracer *t, path_block *block, int count, const lit_vertex *vertices);
+void bidirectional_connect(const tracer *t, path_block *block, int count, const lit_vertex *vertices,
+                           bent_render_statistics *statistics);
 #endif

@@ -353,10 +353,18 @@ static void add_shadows(const tracer *t, path_block *block, const lit_vertex *v,
   }
 }
 
-void direct_draw(const tracer *t, path_block *block, int count, const lit_vertex *vertices)
+void direct_count_joins(bent_render_statistics *statistics, size_t n, const joints *found)
+{
+  for (size_t i = 0; i < n; i++) {
+    statistics->joins += (uint64_t)found[i].wanted;
+    statistics->lost_joins += (uint64_t)found[i].lost;
+  }
+}
+
+void direct_draw(const tracer *t, path_block *block, int count, const lit_vertex *vertices, bent_render_statistics *statistics)
 {
   if (!count) return;
-  if (t->bidirectional) bidirectional_connect(t, block, count, vertices);
+  if (t->bidirectional) bidirectional_connect(t, block, count, vertices, statistics);
   const bent_scene *scene = t->scene;
   light_sample sample[DIRECT_BATCH];
   vec3 from[2][DIRECT_BATCH], to[2][DIRECT_BATCH]; /* to places, to the sky */
@@ -379,6 +387,7 @@ void direct_draw(const tracer *t, path_block *block, int count, const lit_vertex
     joints found[DIRECT_BATCH];
     if (!n[list] || (far && !join_has_far_sky(scene->geometry))) continue;
     join_by_chance(scene->geometry, (size_t)n[list], from[list], to[list], u[list], chances[list], list, far, found);
+    direct_count_joins(statistics, (size_t)n[list], found);
     for (int k = 0; k < n[list]; k++) {
       const int i = vertex_of[list][k];
       add_shadows(t, block, &vertices[i], &sample[i], &found[k], far);

@@ -48,7 +48,9 @@ typedef struct lit_vertex {
  * pdf of all its connections, on both sides of the weighing. */
 double direct_chance(const tracer *t, const path *p);
 /* Draws a light for each of `count` <= DIRECT_BATCH vertices and adds the rays towards it to the block's shadows. */
-void direct_draw(const tracer *t, path_block *block, int count, const lit_vertex *vertices);
+void direct_draw(const tracer *t, path_block *block, int count, const lit_vertex *vertices, bent_render_statistics *statistics);
+/* Counts the rays that n connections have looked for. */
+void direct_count_joins(bent_render_statistics *statistics, size_t n, const joints *found);
 /* Adds a shadow from s->from to the block, which has room for it; the caller may limit its ray. `surface`: that it leaves,
  * or NULL. */
 bent_ray *direct_add_shadow(const tracer *t, path_block *block, const shadow *s, uint32_t visibility, vec3 direction,

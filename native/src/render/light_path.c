@@ -176,7 +176,8 @@ static vec3 light_to_camera(const tracer *t, const light_paths *paths, const lig
 }
 
 /* Joins the vertices from number `first` on, at most DIRECT_BATCH, with the camera, each with a place on the lens of its own. */
-static void join_camera(const tracer *t, path_block *block, size_t first, const joining *u)
+static void join_camera(const tracer *t, path_block *block, size_t first, const joining *u,
+                        bent_render_statistics *statistics)
 {
   const light_paths *paths = block->light;
   vec3 from[DIRECT_BATCH], to[DIRECT_BATCH];
@@ -190,6 +191,7 @@ static void join_camera(const tracer *t, path_block *block, size_t first, const 
     images[i] = u[i].images;
   }
   join_points(t->scene->geometry, count, from, to, images, found);
+  direct_count_joins(statistics, count, found);
   for (size_t i = 0; i < count; i++) {
     const light_vertex *v = &paths->list[first + i];
     const uint32_t visibility = t->scene->geometry->instances[v->hit.instance].visibility;
@@ -462,7 +464,7 @@ static bent_status meet_batch(const tracer *t, path_block *block, int first, int
     goes_on[i] = (uint8_t)fate;
     statistics->unresolved += paths->hits[i].fate == BENT_UNRESOLVED;
   }
-  join_camera(t, block, before, joinings);
+  join_camera(t, block, before, joinings, statistics);
   return direct_trace(t, block, statistics, progress, error);
 }
 

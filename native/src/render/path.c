@@ -499,7 +499,7 @@ static bent_status shade_batch(const tracer *t, path_block *block, int first, in
     block->goes_on[i] = (uint8_t)shade(t, &b, p, &footprints[k], &b.reach[k], &room, &block->rays[i], &block->hits[i],
                                        &block->records[p->record]);
   }
-  for (int list = 0; list < 2; list++) direct_draw(t, block, b.vertex_count[list], b.vertices[list]);
+  for (int list = 0; list < 2; list++) direct_draw(t, block, b.vertex_count[list], b.vertices[list], statistics);
   return BENT_OK;
 }
 
