@@ -5,6 +5,7 @@ import numpy as np
 
 from tests.engine import stage
 
+ENGINES = ("CYCLES", "BENTLIGHT")
 NARROW = 0.01  # pixels: Cycles' narrowest filter
 
 
@@ -15,11 +16,11 @@ def point_pictures(tmp_path) -> tuple[np.ndarray, np.ndarray]:
     scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
     scene.cycles.pixel_filter_type, scene.bentlight.pixel_filter = "BOX", "GAUSSIAN"
     scene.cycles.filter_width = scene.render.filter_size = NARROW
-    return _both(tmp_path)
+    return _pictures(tmp_path)
 
 
-def noisy_pictures(tmp_path, seeds: int, samples: int) -> tuple[np.ndarray, np.ndarray]:
-    """RGB by Cycles and by Bentlight, (seeds, height, width, 3) each."""
+def noisy_pictures(tmp_path, seeds: int, samples: int, engines: tuple[str, ...] = ENGINES) -> tuple[np.ndarray, ...]:
+    """RGB by each of the engines, (seeds, height, width, 3)."""
     scene = bpy.context.scene
     scene.cycles.samples = scene.bentlight.samples = samples
     scene.cycles.use_denoising = scene.cycles.use_light_tree = False
@@ -30,14 +31,13 @@ def noisy_pictures(tmp_path, seeds: int, samples: int) -> tuple[np.ndarray, np.n
     pictures = []
     for seed in range(seeds):
         scene.cycles.seed = scene.bentlight.seed = seed
-        pictures.append(_both(tmp_path))
-    cycles, ours = zip(*pictures, strict=True)
-    return np.stack(cycles), np.stack(ours)
+        pictures.append(_pictures(tmp_path, engines))
+    return tuple(np.stack(of_engine) for of_engine in zip(*pictures, strict=True))
 
 
-def _both(tmp_path) -> tuple[np.ndarray, np.ndarray]:
+def _pictures(tmp_path, engines: tuple[str, ...] = ENGINES) -> tuple[np.ndarray, ...]:
     found = []
-    for engine in ("CYCLES", "BENTLIGHT"):
+    for engine in engines:
         bpy.context.scene.render.engine = engine
         found.append(stage.render(tmp_path)["Combined"][..., :3])
-    return found[0], found[1]
+    return tuple(found)

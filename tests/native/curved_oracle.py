@@ -17,9 +17,9 @@ def build(folder):
 class Oracle:
     """The truth about rays in one spacetime, in its own axes, among triangles (m, 3, 3) float64."""
 
-    def __init__(self, library, kind, triangles, *, mass=0.0, spin=0.0, throat=0.0, chord=4e-4, outer=OUTER):
+    def __init__(self, library, kind, triangles, *, mass=0.0, spin=0.0, throat=0.0, outer=OUTER):
         self.library = library
-        self.space = [ctypes.c_int(KINDS[kind]), *(ctypes.c_double(v) for v in (mass, spin, throat, outer, chord))]
+        self.space = [ctypes.c_int(KINDS[kind]), *(ctypes.c_double(v) for v in (mass, spin, throat, outer))]
         self.triangles = np.ascontiguousarray(triangles, float)
         self.boxes = np.ascontiguousarray(np.stack([triangles.min(1), triangles.max(1)], 1), float)
 

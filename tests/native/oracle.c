@@ -28,6 +28,10 @@ typedef struct state {
 
 static double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
+/* fmin and fmax, which are calls, where no argument is NaN. */
+static double least(double a, double b) { return b < a ? b : a; }
+static double most(double a, double b) { return b > a ? b : a; }
+
 /* The square of the refractive index and its derivative by R^2, over R^2. */
 static void index_of(const space *s, double R, double *n2, double *slope)
 {
@@ -87,15 +91,16 @@ static void derivative(const space *s, const state *y, double dx[3], double dp[3
   }
 }
 
-static void runge_kutta(const space *s, state *y, double h)
+/* dx, dp: the derivative at y. */
+static void runge_kutta(const space *s, state *y, const double dx[3], const double dp[3], double h)
 {
   double kx[4][3], kp[4][3];
   state z = *y;
   const double part[4] = {0, 0.5, 0.5, 1};
-  for (int i = 0; i < 4; i++) {
-    if (i)
-      for (int k = 0; k < 3; k++)
-        z.x[k] = y->x[k] + part[i] * h * kx[i - 1][k], z.p[k] = y->p[k] + part[i] * h * kp[i - 1][k];
+  memcpy(kx[0], dx, sizeof kx[0]), memcpy(kp[0], dp, sizeof kp[0]);
+  for (int i = 1; i < 4; i++) {
+    for (int k = 0; k < 3; k++)
+      z.x[k] = y->x[k] + part[i] * h * kx[i - 1][k], z.p[k] = y->p[k] + part[i] * h * kp[i - 1][k];
     derivative(s, &z, kx[i], kp[i]);
   }
   for (int k = 0; k < 3; k++) {
@@ -124,10 +129,10 @@ static void draw(const space *s, const double x[3], double out[3])
     const double R = sqrt(dot(x, x)), q = 1 + s->mass / (2 * R);
     for (int k = 0; k < 3; k++) out[k] = x[k] * q * q;
   } else if (s->kind == KERR) {
-    const double r = kerr_radius(s, x), a = s->spin;
-    const double phi = atan2(x[1], x[0]) - atan2(a, r) - kerr_twist(s, r);
-    const double rho = sqrt(x[0] * x[0] + x[1] * x[1]);
-    out[0] = rho * cos(phi), out[1] = rho * sin(phi);
+    /* phi is that of (x + i y) / (r + i a), less the twist */
+    const double r = kerr_radius(s, x), a = s->spin, R = sqrt(r * r + a * a), twist = kerr_twist(s, r);
+    const double u = (x[0] * r + x[1] * a) / R, v = (x[1] * r - x[0] * a) / R, c = cos(twist), n = sin(twist);
+    out[0] = u * c + v * n, out[1] = v * c - u * n;
   }
 }
 
@@ -195,30 +200,32 @@ typedef struct polyline {
 
 typedef int (*visitor)(void *user, const polyline *block);
 
-/* Calls `visit` for blocks of chords until it returns nonzero or the ray ends; returns the fate, or HIT. */
-static int follow(const space *s, const double o[3], const double d[3], double outer, double chord, visitor visit,
-                  void *user)
+/* Calls `visit` for blocks of chords until it returns nonzero or the ray ends; returns the fate, or HIT. A chord is
+ * c = 6e-4 of the distance r from the hole, or less: far away, where light curves by 4 M / r^2 at most, it is off the ray by
+ * no more than M c^2 / 2 = 2e-7 M. */
+static int follow(const space *s, const double o[3], const double d[3], double outer, visitor visit, void *user)
 {
   state y = {.energy = 0};
   polyline block;
   launch(s, o, d, &y);
   draw(s, y.x, block.points[0]);
   block.count = 0;
+  double v0[3], v1[3], a0[3], a1[3];
+  derivative(s, &y, v0, a0);
   for (long steps = 0; steps < 4000000; steps++) {
-    double room, v0[3], v1[3], a0[3];
+    double room;
     const int fate = arrived(s, y.x, outer, &room);
     if (fate) {
       if (block.count && visit(user, &block)) return HIT;
       return fate;
     }
-    derivative(s, &y, v0, a0);
     /* Kerr-Schild coordinates need no short steps at the horizon, but there the drawn azimuth turns like log(room). */
-    const double near = s->kind == KERR ? fmin(fmax(room, 0.02 * s->mass), 4 * room) : sqrt(dot(y.x, y.x));
-    const double length = fmin(PIECES * chord, 0.01 * near * (s->kind == KERR || s->kind == ELLIS ? 1 : fmin(1, 4 * room / near)));
-    const double h = fmax(length, 1e-11) / sqrt(dot(v0, v0));
+    const double near = s->kind == KERR ? least(most(room, 0.02 * s->mass), 4 * room) : sqrt(dot(y.x, y.x));
+    const double length = 0.01 * (s->kind == KERR || s->kind == ELLIS ? near : least(near, 4 * room));
+    const double h = most(length, 1e-11) / sqrt(dot(v0, v0));
     const state before = y;
-    runge_kutta(s, &y, h);
-    derivative(s, &y, v1, a0);
+    runge_kutta(s, &y, v0, a0, h);
+    derivative(s, &y, v1, a1);
     for (int i = 1; i <= PIECES; i++) {
       const double t = (double)i / PIECES, u = 1 - t;
       double x[3];
@@ -239,6 +246,7 @@ static int follow(const space *s, const double o[3], const double d[3], double o
       memcpy(block.points[0], block.points[BLOCK], sizeof block.points[0]);
       block.count = 0;
     }
+    memcpy(v0, v1, sizeof v0), memcpy(a0, a1, sizeof a0);
   }
   return 0;
 }
@@ -277,7 +285,7 @@ static int visit_search(void *user, const polyline *block)
   for (int k = 0; k < 3; k++) {
     lower[k] = upper[k] = block->points[0][k];
     for (int i = 1; i <= block->count; i++)
-      lower[k] = fmin(lower[k], block->points[i][k]), upper[k] = fmax(upper[k], block->points[i][k]);
+      lower[k] = least(lower[k], block->points[i][k]), upper[k] = most(upper[k], block->points[i][k]);
   }
   for (size_t t = 0; t < f->count; t++) {
     const double(*box)[3] = f->boxes[t];
@@ -300,14 +308,14 @@ static int visit_search(void *user, const polyline *block)
 }
 
 /* The first hits of n rays: fate, triangle (-1), position, and drawn length up to it. boxes: lower and upper corners of the triangles. */
-void oracle_hits(int kind, double mass, double spin, double throat, double outer, double chord, size_t count,
+void oracle_hits(int kind, double mass, double spin, double throat, double outer, size_t count,
                  const double (*triangles)[3][3], const double (*boxes)[2][3], size_t n, const double (*origins)[3],
                  const double (*directions)[3], int32_t *fate, int32_t *triangle, double (*position)[3], double *length)
 {
   const space s = {kind, mass, -spin, throat};
   for (size_t i = 0; i < n; i++) {
     search f = {count, triangles, boxes, -1, {NAN, NAN, NAN}, 0};
-    fate[i] = follow(&s, origins[i], directions[i], outer, chord, visit_search, &f);
+    fate[i] = follow(&s, origins[i], directions[i], outer, visit_search, &f);
     triangle[i] = f.triangle;
     memcpy(position[i], f.position, sizeof f.position);
     length[i] = f.length;
@@ -319,9 +327,9 @@ static double segment_distance(const double a[3], const double b[3], const doubl
   double u[3], v[3], w[3];
   for (int k = 0; k < 3; k++) u[k] = b[k] - a[k], v[k] = d[k] - c[k], w[k] = a[k] - c[k];
   const double uu = dot(u, u), uv = dot(u, v), vv = dot(v, v), uw = dot(u, w), vw = dot(v, w), det = uu * vv - uv * uv;
-  double s = det > 1e-300 ? fmin(fmax((uv * vw - vv * uw) / det, 0), 1) : 0;
-  double t = vv > 0 ? fmin(fmax((uv * s + vw) / vv, 0), 1) : 0;
-  s = uu > 0 ? fmin(fmax((uv * t - uw) / uu, 0), 1) : 0;
+  double s = det > 1e-300 ? least(most((uv * vw - vv * uw) / det, 0), 1) : 0;
+  double t = vv > 0 ? least(most((uv * s + vw) / vv, 0), 1) : 0;
+  s = uu > 0 ? least(most((uv * t - uw) / uu, 0), 1) : 0;
   double gap = 0;
   for (int k = 0; k < 3; k++) {
     const double g = w[k] + s * u[k] - t * v[k];
@@ -341,20 +349,20 @@ static int visit_nearest(void *user, const polyline *block)
   nearest *f = user;
   for (int i = 0; i < block->count; i++)
     for (size_t e = 0; e < f->count; e++)
-      f->distance = fmin(f->distance, segment_distance(block->points[i], block->points[i + 1], f->segments[e][0],
-                                                       f->segments[e][1]));
+      f->distance = least(f->distance, segment_distance(block->points[i], block->points[i + 1], f->segments[e][0],
+                                                        f->segments[e][1]));
   return 0;
 }
 
 /* The smallest distance of each ray from its own `count` segments (points are segments of length 0). */
-void oracle_distances(int kind, double mass, double spin, double throat, double outer, double chord, size_t n,
+void oracle_distances(int kind, double mass, double spin, double throat, double outer, size_t n,
                       const double (*origins)[3], const double (*directions)[3], size_t count,
                       const double (*segments)[2][3], double *distance)
 {
   const space s = {kind, mass, -spin, throat};
   for (size_t i = 0; i < n; i++) {
     nearest f = {segments + i * count, count, INFINITY};
-    follow(&s, origins[i], directions[i], outer, chord, visit_nearest, &f);
+    follow(&s, origins[i], directions[i], outer, visit_nearest, &f);
     distance[i] = f.distance;
   }
 }

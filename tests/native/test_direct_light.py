@@ -386,10 +386,11 @@ def test_small_lights_beside_a_spinning_hole():
     perspective(scene, look_at((0, -3, 3), (0, 0, 0.2)), half=0.4)
     scene.commit()
     settings = {"max_bounces": 1, "roulette_start": 9, "names": ("combined",)}
+    settings["tile"] = (0, 8, 16, 8)  # the half of the picture that is compared
     sums = {}
     for sampling, samples in [("SCATTERING", 512), ("CONNECTIONS", 24), ("BOTH", 24)]:
         pictures = [render(scene, 16, 16, samples, seed=s, light_sampling=sampling, **settings)[0] for s in range(10)]
-        runs = [picture["combined"][8:, :, ::2].mean((0, 1)) for picture in pictures]
+        runs = [picture["combined"][..., ::2].mean((0, 1)) for picture in pictures]
         sums[sampling] = np.mean(runs, 0, dtype=float), np.var(runs, 0, ddof=1, dtype=float) / len(runs)
     for sampling in ("CONNECTIONS", "BOTH"):
         (a, va), (b, vb) = sums["SCATTERING"], sums[sampling]

@@ -9,6 +9,7 @@ folder=$1 requirements=$2
 need() {
     if [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then
         echo "This machine lacks what these Debian packages hold. As root: apt-get install $*" >&2
+        echo "Then run the same command again." >&2
         exit 1
     fi
     echo "Installing the missing Debian packages: $*"
