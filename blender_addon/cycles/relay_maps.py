@@ -327,21 +327,27 @@ def _centers(first: int, count: int, parts: int) -> np.ndarray:
 
 def _times_as_fine(traced: _Traced, shape: tuple[int, int], parts: int) -> np.ndarray:
     """How many times as many parts each way pixels (rows, columns) take, 0: no more. Where rays spread much they take
-    more; the most where some are lost, or do not all meet disks equally often. traced: of `shape` parts."""
+    more; the most where some are lost, or do not all meet disks equally often. traced: of `shape` parts.
+
+    Rays that pass an edge spread beyond it, too. There fewer than half of the neighbors do, and the fewest are enough.
+    """
     start, end = traced.start.reshape(*shape, 3), traced.end.reshape(*shape, 3)
     fate, layers = traced.fate.reshape(shape), traced.layers.reshape(shape).astype(np.int64)
-    wide = np.zeros(shape)
+    rows, columns = shape[0] // parts, shape[1] // parts
+    times = np.zeros((rows, columns), np.int64)
     for axis in (0, 1):
         before, after = (np.linalg.norm(np.diff(values, axis=axis), axis=-1) for values in (start, end))
         one, other = (np.take(fate, range(*span), axis) for span in ((0, shape[axis] - 1), (1, shape[axis])))
         with np.errstate(invalid="ignore"):
             spread = np.where((one == other) & (one != _LOST), (after - before) * (parts / _COMPRESSION), 0)
         spread[((one == _LOST) != (other == _LOST)) | (np.diff(layers, axis=axis) != 0)] = np.inf
-        part = wide[: spread.shape[0], : spread.shape[1]]
-        np.maximum(part, spread, out=part)
-    rows, columns = wide.shape[0] // parts, wide.shape[1] // parts
-    widest = wide.reshape(rows, parts, columns, parts).max(axis=(1, 3))
-    return np.where(widest > 1, _FINER[np.searchsorted(_FINER[:-1], widest)], 0)
+        spread = np.pad(spread, [(0, int(i == axis)) for i in (0, 1)])
+        of_pixel = spread.reshape(rows, parts, columns, parts).swapaxes(1, 2).reshape(rows, columns, -1)
+        widest = of_pixel.max(axis=-1)
+        usual = np.partition(of_pixel, (parts**2 - 1) // 2, axis=-1)[..., (parts**2 - 1) // 2]
+        enough = _FINER[np.searchsorted(_FINER[:-1], np.where(np.isinf(widest), np.inf, usual))]
+        times = np.maximum(times, np.where(widest > 1, enough, 0))
+    return times
 
 
 def _cells_shape(count: int, fine: int) -> tuple[int, int]:

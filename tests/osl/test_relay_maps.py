@@ -12,9 +12,9 @@ PARTS = 4
 LOST, SEEN = relay_maps._LOST, relay_maps._SEEN
 
 
-def rays(spread: list[float]) -> relay_maps._Traced:
-    """A row of pixels whose rays start alike; they end as far apart, in radians, as `spread` has it for each pixel."""
-    angle = np.cumsum(np.repeat(np.array(spread) / PARTS, PARTS)) * np.ones((PARTS, 1))
+def rays(steps: np.ndarray) -> relay_maps._Traced:
+    """A row of pixels whose rays start alike; from column to column they end `steps` apart, in radians."""
+    angle = np.cumsum(steps) * np.ones((PARTS, 1))
     end = np.stack([np.sin(angle), 0 * angle, np.cos(angle)], axis=-1).reshape(-1, 3)
     start, count = np.tile((0.0, 0.0, 1.0), (len(end), 1)), len(end)
     return relay_maps._Traced(None, start, end, np.full(count, SEEN, np.uint8), np.zeros(count, np.uint32))
@@ -24,13 +24,21 @@ def test_parts_are_as_fine_as_the_image_is_compressed():
     """No finer than it takes for each to spread no more than those of an image that just is not compressed."""
     spread = [0.0, 0.09, 0.15, 0.29, 0.32, 1.5]
     pairs = np.repeat(spread, 2)  # the last rays of a pixel are as far from its neighbor's as this one's are
-    times = relay_maps._times_as_fine(rays(pairs), (PARTS, PARTS * len(pairs)), PARTS)
+    steps = np.repeat(pairs / PARTS, PARTS)
+    times = relay_maps._times_as_fine(rays(steps), (PARTS, len(steps)), PARTS)
     assert times[0, ::2].tolist() == [0, 0, 3, 3, 5, 5]
+
+
+def test_edges_of_things_do_not_take_the_finest_parts():
+    """Bending goes on behind them: rays beside an edge end apart without any compression."""
+    steps = np.zeros(PARTS * 4)
+    steps[6] = 0.8
+    assert relay_maps._times_as_fine(rays(steps), (PARTS, len(steps)), PARTS).tolist() == [[0, 3, 0, 0]]
 
 
 def test_edges_of_shadows_and_disks_take_the_finest_parts():
     shape = PARTS, PARTS * 6
-    traced = rays([0.01] * 6)
+    traced = rays(np.full(PARTS * 6, 0.01 / PARTS))
     fate, layers = traced.fate.reshape(shape), traced.layers.reshape(shape)
     fate[2:, 5:7] = LOST
     layers[:, 17:] = 1
