@@ -344,7 +344,7 @@ def _times_as_fine(traced: _Traced, shape: tuple[int, int], parts: int) -> np.nd
         spread = np.pad(spread, [(0, int(i == axis)) for i in (0, 1)])
         of_pixel = spread.reshape(rows, parts, columns, parts).swapaxes(1, 2).reshape(rows, columns, -1)
         widest = of_pixel.max(axis=-1)
-        usual = np.partition(of_pixel, (parts**2 - 1) // 2, axis=-1)[..., (parts**2 - 1) // 2]
+        usual = np.partition(of_pixel, parts**2 // 2, axis=-1)[..., parts**2 // 2]
         enough = _FINER[np.searchsorted(_FINER[:-1], np.where(np.isinf(widest), np.inf, usual))]
         times = np.maximum(times, np.where(widest > 1, enough, 0))
     return times
