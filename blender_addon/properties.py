@@ -76,7 +76,7 @@ class BentlightSceneSettings(AccuracyProperties, bpy.types.PropertyGroup):
         name="Relay Parts",
         description=(
             "Relay camera in Cycles: each pixel is cut into this many parts in each direction, with a curved ray for "
-            "every part; where the image is compressed, into five times as many. From 1 to 16"
+            "every part; where the image is compressed, into three or five times as many. From 1 to 16"
         ),
         min=1,
         max=16,

@@ -6,28 +6,30 @@
  *
  * The image with its margin is cut into bands of pixel rows, from the bottom; a band is a set of OpenEXR files for each slice
  * of the shutter's time:
- *   <path><slice>_<band>_cells: a number a pixel: -1, or that of its cell in the fine maps, where the image is compressed;
+ *   <path><slice>_<band>_cells: a code a pixel: 0, or where the image is compressed n + 8 times the number of its cell in the
+ *     maps that are n times as fine;
  *   <path><slice>_<band>_direction, _place: parts x parts for each pixel;
- *   <path><slice>_<band>_fine_direction, _fine_place: fine x fine for each cell.
+ *   <path><slice>_<band>_<n>x_direction, _<n>x_place: n parts x n parts for each cell.
  * The length of a direction is how bright the light that comes that way is to the camera, 1e-8 or more; 0: none comes. Times
  * 2^64: from the sky. Then the place is not in the maps but far away, along the direction: what nobody reads takes no memory.
  *
  * Accretion disks are no surfaces to Cycles: the core has evaluated them where rays cross them. Only if there are any, each
  * set has as many values of
- *   <path><slice>_<band>_glow, _fine_glow: radiance of the disks on the ray's way, each dimmed by those before it;
- *   <path><slice>_<band>_tint, _fine_tint: the color that they give to the light from behind them, 1 in its brightest channel.
+ *   <path><slice>_<band>_glow, _<n>x_glow: radiance of the disks on the ray's way, each dimmed by those before it;
+ *   <path><slice>_<band>_tint, _<n>x_tint: the color that they give to the light from behind them, 1 in its brightest channel.
  * But for directions, files of which all values are the same have a single one. */
 #ifndef BENT_OSL_RELAY_MAPS_H
 #define BENT_OSL_RELAY_MAPS_H
 
 #define RELAY_TO_SKY 18446744073709551616.0 /* 2^64 */
+#define RELAY_CELL 8
 
 struct RelayMaps {
   string path; /* how the files' names begin */
   int width, height; /* of the image, in pixels */
   int margin; /* pixels around the image that the maps have too */
   int band; /* pixel rows */
-  int parts, fine; /* of a pixel, or of a cell, in each direction */
+  int parts; /* of a pixel in each direction */
   float far; /* where legs to the sky start */
 };
 
@@ -62,13 +64,15 @@ RelayPart relay_part(RelayMaps maps, int slice, float across, float up)
   string path = format("%s%02d_%04d_", maps.path, slice, band);
   RelayPart part = {path, x / columns, (y - band * maps.band) / maps.band};
   color cell = relay_value(part, "cells");
-  if (cell[0] >= 0) {
-    part.path = concat(path, "fine_");
+  if (cell[0] > 0) {
+    int finer = int(cell[0]) % RELAY_CELL, number = int(cell[0]) / RELAY_CELL;
+    int fine = finer * maps.parts;
+    part.path = format("%s%dx_", path, finer);
     int size[2];
     gettextureinfo(concat(part.path, "direction.exr"), "resolution", size);
-    int cells = size[0] / maps.fine, number = int(cell[0]);
-    part.s = (mod(number, cells) + x - floor(x)) * maps.fine / size[0];
-    part.t = (number / cells + y - floor(y)) * maps.fine / size[1];
+    int cells = size[0] / fine;
+    part.s = (mod(number, cells) + x - floor(x)) * fine / size[0];
+    part.t = (number / cells + y - floor(y)) * fine / size[1];
   }
   return part;
 }

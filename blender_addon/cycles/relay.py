@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+import secrets
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -24,6 +25,7 @@ from .motion import Slice, camera_change, swept
 
 SHADER = "relay_camera"
 _CLIP_END = 1e6  # of the relay camera
+_SESSION = secrets.token_hex(4)  # in the files' names: another Blender with the same scene deletes its own alone
 _baked: dict[str, tuple[str, relay_maps.RelayMaps]] = {}  # by the relay camera's name: fingerprint and maps
 
 
@@ -95,7 +97,7 @@ def update(
     known, maps = _baked.get(relay.name, ("", None))
     if known != fingerprint or not all(file.exists() for file in maps.files):
         _forget(relay.name)
-        maps = _bake(seen, files.folder("relay") / f"{fingerprint}_", settings, moving)
+        maps = _bake(seen, files.folder("relay") / f"{_SESSION}_{fingerprint}_", settings, moving)
         _baked[relay.name] = fingerprint, maps
     _show(scene, maps, seen[len(seen) // 2])
     return maps
@@ -156,26 +158,35 @@ def _read(
 def _bake(
     seen: list[SceneData], prefix: Path, settings: relay_maps.RelaySettings, moving: bool
 ) -> relay_maps.RelayMaps:
-    """The maps of all slices, one after the other."""
+    """The maps of all slices, one after the other. All or none: they may be what has filled the disk."""
     maps = None
-    for number in range(len(seen)):
-        data, travel = swept(seen, number)
-        change = camera_change([moment.camera for moment in seen], number)
-        part, early = Slice(number, len(seen), change), travel + _room_for_lamps(data)
-        made = relay_maps.bake(
-            build_scene(data),
-            data.camera,
-            prefix,
-            settings,
-            part if moving else None,
-            early,
-            np.array([instance.is_disk for instance in data.instances], bool),
-        )
-        if maps is None:
-            maps = made
-        else:
-            maps.add(made)
+    try:
+        for number in range(len(seen)):
+            made = _bake_slice(seen, number, prefix, settings, moving)
+            if maps is None:
+                maps = made
+            else:
+                maps.add(made)
+    except BaseException:
+        relay_maps.remove(prefix.parent.glob(f"{prefix.name}*"))
+        raise
     return maps
+
+
+def _bake_slice(
+    seen: list[SceneData], number: int, prefix: Path, settings: relay_maps.RelaySettings, moving: bool
+) -> relay_maps.RelayMaps:
+    data, travel = swept(seen, number)
+    change = camera_change([moment.camera for moment in seen], number)
+    return relay_maps.bake(
+        build_scene(data),
+        data.camera,
+        prefix,
+        settings,
+        Slice(number, len(seen), change) if moving else None,
+        travel + _room_for_lamps(data),
+        np.array([instance.is_disk for instance in data.instances], bool),
+    )
 
 
 def _room_for_lamps(data: SceneData) -> np.ndarray:

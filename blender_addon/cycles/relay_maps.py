@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -26,9 +27,11 @@ ESCAPED, HIT = FATES.index("escaped"), FATES.index("hit")
 _MARGIN = 4  # pixels around the image: a pixel filter reaches beyond it
 _BAND_RAYS = 1 << 18  # at most, of one thread at a time; what is kept of a ray takes about 70 bytes
 _AT_ONCE = 1 << 15  # rays, traced at a time by each thread; one takes about 400 bytes
-_FINER = 5  # times as many parts in each direction where the image is compressed
-_FINE_PIXELS = 1 << 6  # traced at a time
+# Where the image is compressed: so many times as many parts in each direction, the fewest that spread no more each than
+# parts do where it is not; or the most. Odd: a part in the middle of a pixel stays there.
+_FINER = np.array([3, 5])
 _COLUMNS = 64  # cells in a row of the fine maps
+_CELL = 8  # times a cell's number, in what tells of it (osl/relay_maps.h)
 # Bending spreads the rays of a pixel by so many radians: a compressed image. Where the engine takes a second sample.
 _COMPRESSION = 0.1
 # The last leg starts this far before the surface, as a part of the ray's length and of the largest coordinate (float32
@@ -107,7 +110,6 @@ def bake(
             "Margin": _MARGIN,
             "Band": band,
             "Parts": settings.parts,
-            "Fine": settings.parts * _FINER,
             "Slices": part.count if part else 0,
             "Disks": int(tracer.sees_disks),
             "Far": _FAR * camera.clip_end,
@@ -117,13 +119,17 @@ def bake(
     )
     with ThreadPoolExecutor(settings.threads) as pool:
         waiting = [pool.submit(_write_band, tracer, prefix, i, band) for i in range(math.ceil(height / band))]
-        for done in as_completed(waiting):
-            maps.add(done.result())
+        try:
+            for done in as_completed(waiting):
+                maps.add(done.result())
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)  # what has failed once would fail for long
+            raise
     maps.seconds = time.monotonic() - start
     return maps
 
 
-def remove(files: list[Path]) -> None:
+def remove(files: Iterable[Path]) -> None:
     """Deletes maps; those that are gone already do no harm."""
     for file in files:
         file.unlink(missing_ok=True)
@@ -299,17 +305,18 @@ def _write_band(tracer: _Tracer, prefix: Path, number: int, band: int) -> RelayM
     traced = tracer.trace(points.reshape(-1, 2), parts)
     shape = len(rows), len(columns)
     result = RelayMaps({}, traced.legs.write(stem, shape), len(points.reshape(-1, 2)), traced.lost)
-    compressed = _is_compressed(traced, shape, parts)
-    cells = np.full(compressed.shape, -1.0, np.float32)
-    cells[compressed] = np.arange(compressed.sum())
-    result.files.append(Path(f"{stem}cells.exr"))
-    write_exr(result.files[-1], {"R": cells}, {})
-    if compressed.any():
-        corners = np.argwhere(compressed)[:, ::-1] + (0, number * band) - _MARGIN
-        fine, lost = _trace_cells(tracer, corners)
-        result.files += fine.write(f"{stem}fine_", _cells_shape(len(corners), parts * _FINER))
-        result.fine_pixels = len(corners)
+    times = _times_as_fine(traced, shape, parts)
+    cells = np.zeros(times.shape, np.float32)
+    for finer in np.intersect1d(_FINER, times):
+        pixels = times == finer
+        cells[pixels] = np.arange(pixels.sum()) * _CELL + finer
+        corners = np.argwhere(pixels)[:, ::-1] + (0, number * band) - _MARGIN
+        fine, lost = _trace_cells(tracer, corners, parts * finer)
+        result.files += fine.write(f"{stem}{finer}x_", _cells_shape(len(corners), parts * finer))
+        result.fine_pixels += len(corners)
         result.rays, result.lost = result.rays + len(fine.place), result.lost + lost
+    result.files.append(Path(f"{stem}cells.exr"))
+    write_exr(result.files[-1], {"R": cells if cells.any() else cells[:1, :1]}, {})
     return result
 
 
@@ -318,37 +325,45 @@ def _centers(first: int, count: int, parts: int) -> np.ndarray:
     return first + (np.arange(count * parts) + 0.5) / parts
 
 
-def _is_compressed(traced: _Traced, shape: tuple[int, int], parts: int) -> np.ndarray:
-    """Which pixels (rows, columns) take finer parts: their rays spread much, are lost in part, or do not all meet
-    disks equally often. traced: of `shape` parts."""
+def _times_as_fine(traced: _Traced, shape: tuple[int, int], parts: int) -> np.ndarray:
+    """How many times as many parts each way pixels (rows, columns) take, 0: no more. Where rays spread much they take
+    more; the most where some are lost, or do not all meet disks equally often. traced: of `shape` parts.
+
+    Rays that pass an edge spread beyond it, too. There fewer than half of the neighbors do, and the fewest are enough.
+    """
     start, end = traced.start.reshape(*shape, 3), traced.end.reshape(*shape, 3)
     fate, layers = traced.fate.reshape(shape), traced.layers.reshape(shape).astype(np.int64)
-    wide = np.zeros(shape, bool)
+    rows, columns = shape[0] // parts, shape[1] // parts
+    times = np.zeros((rows, columns), np.int64)
     for axis in (0, 1):
         before, after = (np.linalg.norm(np.diff(values, axis=axis), axis=-1) for values in (start, end))
         one, other = (np.take(fate, range(*span), axis) for span in ((0, shape[axis] - 1), (1, shape[axis])))
         with np.errstate(invalid="ignore"):
-            spread = (one == other) & (one != _LOST) & (after > before + _COMPRESSION / parts)
-        spread |= ((one == _LOST) != (other == _LOST)) | (np.diff(layers, axis=axis) != 0)
-        wide[: spread.shape[0], : spread.shape[1]] |= spread
-    rows, columns = wide.shape[0] // parts, wide.shape[1] // parts
-    return wide.reshape(rows, parts, columns, parts).any(axis=(1, 3))
+            spread = np.where((one == other) & (one != _LOST), (after - before) * (parts / _COMPRESSION), 0)
+        spread[((one == _LOST) != (other == _LOST)) | (np.diff(layers, axis=axis) != 0)] = np.inf
+        spread = np.pad(spread, [(0, int(i == axis)) for i in (0, 1)])
+        of_pixel = spread.reshape(rows, parts, columns, parts).swapaxes(1, 2).reshape(rows, columns, -1)
+        widest = of_pixel.max(axis=-1)
+        usual = np.partition(of_pixel, parts**2 // 2, axis=-1)[..., parts**2 // 2]
+        enough = _FINER[np.searchsorted(_FINER[:-1], np.where(np.isinf(widest), np.inf, usual))]
+        times = np.maximum(times, np.where(widest > 1, enough, 0))
+    return times
 
 
 def _cells_shape(count: int, fine: int) -> tuple[int, int]:
     return math.ceil(count / _COLUMNS) * fine, _COLUMNS * fine
 
 
-def _trace_cells(tracer: _Tracer, corners: np.ndarray) -> tuple[_Legs, int]:
-    """The fine maps, row by row, of the pixels with these lower left corners (n, 2), and how many of their rays are
-    lost. Cells without a pixel are as the first."""
-    fine = tracer.settings.parts * _FINER
+def _trace_cells(tracer: _Tracer, corners: np.ndarray, fine: int) -> tuple[_Legs, int]:
+    """The maps with `fine` parts each way, row by row, of the pixels with these lower left corners (n, 2), and how
+    many of their rays are lost. Cells without a pixel are as the first."""
     inside = np.stack(np.meshgrid(_centers(0, 1, fine), _centers(0, 1, fine)), axis=-1).reshape(-1, 2)
     count = math.ceil(len(corners) / _COLUMNS) * _COLUMNS
+    pixels = max(1, _AT_ONCE // fine**2)
     maps: dict[str, np.ndarray] = {}
     lost = 0
-    for first in range(0, len(corners), _FINE_PIXELS):
-        chosen = corners[first : first + _FINE_PIXELS]
+    for first in range(0, len(corners), pixels):
+        chosen = corners[first : first + pixels]
         traced = tracer.trace((chosen[:, None] + inside).reshape(-1, 2), fine)
         lost += traced.lost
         for name, values in vars(traced.legs).items():

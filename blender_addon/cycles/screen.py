@@ -13,7 +13,7 @@ _SHADER = "relay_screen"
 _NEAR = 1e-4  # of the screen's side: how far it is before the camera
 _CORNERS = ((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0))  # the image with more around it than a pixel filter sees
 _KINDS = {int: "NodeSocketInt", float: "NodeSocketFloat", str: "NodeSocketString"}
-_PARAMETERS = ("Maps", "Width", "Height", "Margin", "Band", "Parts", "Fine", "Slices", "Disks", "Far")
+_PARAMETERS = ("Maps", "Width", "Height", "Margin", "Band", "Parts", "Slices", "Disks", "Far")
 
 
 def find(relay: bpy.types.Object) -> bpy.types.Object | None:
