@@ -15,9 +15,9 @@
 #include "base/lane_math.h"
 #include "spacetime/connect_flow.h"
 
-enum { AIM_TRIALS_MAX = 20 };
+enum { AIM_TRIALS_MAX = 24 };
 /* Smallest part of a step of Newton's that is tried, and how it grows from one accepted trial to the next. */
-#define AIM_DAMPING_MIN 0.02
+#define AIM_DAMPING_MIN 0.015
 #define AIM_DAMPING_GROWS 2
 /* A ray that misses by less has hit, in units of the tolerance: its derivatives are good enough for the spread, and Newton's
  * last step is taken without another trial, if it leaves less than the second; the rest is left to truncation and rounding. */
