@@ -7,18 +7,22 @@
  * horizon frame dragging hardly knows a Mino time. And rays are aimed inward, because outward ones leave the neighborhood of
  * the horizon only if they are launched well: where a is the inner end, b aims at a in the hole that spins the other way
  * (time runs backwards), and once that ray misses by no more than AIM_TURN_ROUND it turns round, and Newton goes on from a. The
- * last trial proves that the ray comes to b, and its derivatives are the spread.
+ * last trial proves that the ray comes to b, up to a step of Newton's that is as short as the tolerance, and its derivatives
+ * are the spread.
  */
 #ifndef BENT_SPACETIME_CONNECT_AIM_H
 #define BENT_SPACETIME_CONNECT_AIM_H
 #include "base/lane_math.h"
 #include "spacetime/connect_flow.h"
 
-enum { AIM_TRIALS_MAX = 30 };
-/* Smallest part of a step of Newton's that is tried. */
-#define AIM_DAMPING_MIN 0.01
-/* A ray that misses by less has hit, in units of the tolerance; the rest of it is left to truncation and rounding. */
-#define AIM_HIT 0.5
+enum { AIM_TRIALS_MAX = 24 };
+/* Smallest part of a step of Newton's that is tried, and how it grows from one accepted trial to the next. */
+#define AIM_DAMPING_MIN 0.015
+#define AIM_DAMPING_GROWS 2
+/* A ray that misses by less has hit, in units of the tolerance: its derivatives are good enough for the spread, and Newton's
+ * last step is taken without another trial, if it leaves less than the second; the rest is left to truncation and rounding. */
+#define AIM_HIT 1
+#define AIM_LEFT 0.5
 /* Longest steps: radians, and relative in Mino time. */
 #define AIM_TURN_MAX 0.5
 #define AIM_STRETCH_MAX 0.6
@@ -27,8 +31,8 @@ enum { AIM_TRIALS_MAX = 30 };
 #define AIM_TURN_ROUND 1e-2
 /* Truncation error of derivatives that become a spread, relative: the first in units of the tolerance, and at most the
  * second in units of its square root. */
-#define AIM_TURN_FINEST 30
-#define AIM_TURN_FINEST_ROOT 0.03
+#define AIM_TURN_FINEST 20
+#define AIM_TURN_FINEST_ROOT 0.02
 /* Truncation error of a step of the first trial, of later ones in units of their expected miss, and of the final one in
  * units of the tolerance; of derivatives that only aim first, relative. */
 #define AIM_TRUNCATION_FIRST 1e-2
@@ -329,17 +333,15 @@ LANES_INLINE void aim_follow(const flow_hole *hole, const lanes step[3], lanes t
 
 /* Exchanged ends take their own places again: the ray is launched from where it arrives, its last step taken. To first
  * order that needs no trial. */
-LANES_INLINE void aim_turn_round(aim_task *t, const aim_shot *shot, const lanes step[3], lanes_mask which)
+LANES_INLINE void aim_turn_round(aim_task *t, const aim_shot *shot, lanes_mask which)
 {
   lanes d[3];
   const flow_hole hole = flow_hole_of(t->spin);
-  flow_ray ray = shot->ray;
-  aim_follow(&hole, step, t->base.time, &ray);
-  const lanes energy = aim_arrival(&hole, &t->b, &ray, d);
+  const lanes energy = aim_arrival(&hole, &t->b, &shot->ray, d);
   const lanes_mask sky = (lanes_mask)t->was_sky & which;
-  const lanes beyond = lanes_select(sky, t->a.w / ray.energy.value, lanes_all(0));
+  const lanes beyond = lanes_select(sky, t->a.w / shot->ray.energy.value, lanes_all(0));
   for (int k = 0; k < 3; k++) t->trial.d[k] = lanes_select(which, -d[k], t->trial.d[k]);
-  t->trial.time = lanes_select(which, (t->base.time * (1 + step[2]) + beyond) * energy, t->trial.time);
+  t->trial.time = lanes_select(which, (t->trial.time + beyond) * energy, t->trial.time);
   aim_exchange(t, which);
   t->b.w = lanes_select(sky, lanes_all(0), t->b.w);
   t->sky = (lanes)((lanes_mask)t->sky | sky);
@@ -358,7 +360,6 @@ LANES_INLINE lanes aim_floor(const aim_task *t, const aim_shot *shot)
 typedef struct aim_result {
   lanes_mask found, lost; /* the search is over */
   lanes error;            /* estimated miss */
-  aim_setting aimed;      /* at the ray that was found, by the last shot */
 } aim_result;
 
 /* The truncation error that the last trial must keep below. */
@@ -384,7 +385,8 @@ LANES_INLINE void aim_accept(aim_task *t, const aim_shot *shot, lanes_mask accep
     t->step[i] = lanes_select(accept, lanes_select(known, step[i], lanes_all(0)), t->step[i]);
   }
   t->length = lanes_select(accept, length, t->length);
-  const lanes grown = lanes_min(lanes_select((lanes_mask)t->fresh, lanes_all(1), 4 * t->damping), aim_longest(t->step));
+  const lanes grown = lanes_min(lanes_select((lanes_mask)t->fresh, lanes_all(1), AIM_DAMPING_GROWS * t->damping),
+                                aim_longest(t->step));
   t->damping = lanes_select(accept, grown, 0.3 * t->damping);
   t->fresh = (lanes)((lanes_mask)t->fresh & ~accept);
 }
@@ -403,8 +405,9 @@ LANES_INLINE void aim_refine(aim_task *t, const aim_shot *shot, lanes_mask accep
   t->turn_truncation = lanes_select(accept, lanes_min(turn_wanted, t->turn_truncation), t->turn_truncation);
 }
 
-/* Judges a trial of the lanes in `busy` that is over, and chooses the next. A ray on the axis that comes to the axis may be
- * turned about it: it has no step in that direction, and needs none. */
+/* Judges a trial of the lanes in `busy` that is over, and chooses the next; shot->ray is moved there, to first order: a ray
+ * that is found needs no more, one that turns round is launched from its end. A ray on the axis that comes to the axis may
+ * be turned about it: it has no step in that direction, and needs none. */
 LANES_INLINE aim_result aim_judge(aim_task *t, const aim_flight *flight, double tolerance, lanes_mask busy, aim_shot *shot)
 {
   aim_end(t, flight, shot);
@@ -419,18 +422,24 @@ LANES_INLINE aim_result aim_judge(aim_task *t, const aim_flight *flight, double 
   const lanes_mask fine = (t->truncation <= 1.1 * aim_finest(t, shot, tolerance)) &
                           (t->turn_truncation <= aim_turn_finest(tolerance));
   const lanes_mask better = fresh | (shorter <= (1 - 0.25 * t->damping) * t->length) | (missed <= AIM_NEAR);
-  const lanes_mask known = lanes_is_finite(length), hit = (missed <= AIM_HIT * tolerance) | (missed <= floor);
+  const lanes_mask known = lanes_is_finite(length);
+  const lanes effect = (1 + shot->lever) * length, rest = effect * effect; /* of a step; what it leaves, about */
+  const lanes left = lanes_min(rest, missed);
+  const lanes_mask hit = ((missed <= AIM_HIT * tolerance) & (left <= AIM_LEFT * tolerance)) | (missed <= floor);
   const lanes_mask accept = busy & shot->whole & better & (known | hit);
-  aim_result result = {.error = floor + missed, .aimed = t->trial};
+  aim_result result = {.error = floor + left};
   result.found = accept & hit & fine & ~exchanged & ~shot->beyond;
   const lanes_mask turns = accept & exchanged & (missed < AIM_TURN_ROUND);
 
   aim_accept(t, shot, accept, known, step, length);
-  for (int i = 0; i < 3; i++) moved[i] = t->damping * t->step[i];
+  const lanes last = lanes_select(rest < missed, lanes_all(1), lanes_all(0));
+  const lanes part = lanes_select(result.found, last, t->damping);
+  for (int i = 0; i < 3; i++) moved[i] = part * t->step[i];
   t->trial = aim_moved(&t->base, moved);
+  aim_follow(&hole, moved, t->base.time, &shot->ray);
   aim_refine(t, shot, accept, turns | ~exchanged, tolerance);
   t->trials += 1;
-  if (lanes_any(turns)) aim_turn_round(t, shot, moved, turns);
+  if (lanes_any(turns)) aim_turn_round(t, shot, turns);
   result.lost = busy & ~turns & ~result.found &
                 ((fresh & ~accept) | (t->damping < AIM_DAMPING_MIN) | (t->trials >= AIM_TRIALS_MAX));
   return result;

@@ -127,11 +127,13 @@ typedef struct flow_products {
   lanes push[FLOW_ORDER]; /* drag' w^2 Delta changes by it, times the change of w */
 } flow_products;
 
-LANES_INLINE void flow_expand_motion(const flow_hole *hole, const flow_ray *ray, int turns, flow_series *s, flow_products *p)
+/* Here and below each recursion has a loop of its own, so that its series stay in registers, and the newest coefficient
+ * comes last in its product: the next one waits for it. */
+LANES_INLINE void flow_expand_motion(const flow_hole *hole, const flow_ray *ray, flow_series *s, flow_products *p)
 {
   const lanes a = hole->spin, a2 = a * a, E = ray->energy.value, L = ray->momentum.value, Q = ray->carter.value;
-  const lanes sE2 = a2 * E * E, K = (L - a * E) * (L - a * E) + Q;
-  const lanes c1 = sE2 - ray->curl.value, c2 = 3 * K, c3 = -2 * a2 * Q;
+  const lanes sE2 = a2 * E * E, K = (L - a * E) * (L - a * E) + Q, curl = ray->curl.value;
+  const lanes c1 = sE2 - curl, c2 = 3 * K, c3 = -2 * a2 * Q;
   const lanes inverse = 1 / ((1 - hole->outer * ray->w.value) * (1 - hole->inner * ray->w.value));
   lanes *w = s->w, *z = s->n[2];
   w[0] = ray->w.value, w[1] = ray->v.value, s->drag[0] = ray->drag.value;
@@ -139,23 +141,38 @@ LANES_INLINE void flow_expand_motion(const flow_hole *hole, const flow_ray *ray,
 #pragma GCC unroll 32
   for (int k = 0; k < FLOW_ORDER; k++) {
     p->w2[k] = series_square(w, k);
+    if (k + 2 > FLOW_ORDER) break;
+    const double q = 1.0 / ((k + 1) * (k + 2));
+    p->w3[k] = series_product(w, p->w2, k);
+    w[k + 2] = (c1 * w[k] + c2 * p->w2[k] + c3 * p->w3[k]) * q;
+    p->z2[k] = series_square(z, k);
+    p->z3[k] = series_product(z, p->z2, k);
+    z[k + 2] = (c1 * z[k] - 2 * sE2 * p->z3[k]) * q;
+    p->turn[k] = 2 * sE2 * p->z2[k];
+    if (k == 0) p->turn[k] += curl;
+  }
+#pragma GCC unroll 32
+  for (int k = 0; k < FLOW_ORDER; k++) {
     p->delta[k] = a2 * p->w2[k] - 2 * w[k];
     p->rate[k] = (2 * a * E * w[k] - a2 * L * p->w2[k] - series_product_tail(p->delta, p->rate, k)) * inverse;
     s->drag[k + 1] = p->rate[k] * (1.0 / (k + 1));
-    if (turns && k < FLOW_TURN_ORDER) p->push[k] = 2 * p->rate[k] - 2 * a2 * (L * w[k] + series_product(w, p->rate, k));
-    if (turns && k == 0) p->push[0] += 2 * a * E;
-    if (k + 2 > FLOW_ORDER) break;
-    const double q = 1.0 / ((k + 1) * (k + 2));
-    p->w3[k] = series_product(p->w2, w, k);
-    p->bend[k] = 2 * c2 * w[k] + 3 * c3 * p->w2[k];
-    w[k + 2] = (c1 * w[k] + c2 * p->w2[k] + c3 * p->w3[k]) * q;
-    p->z2[k] = series_square(z, k);
-    p->turn[k] = 2 * sE2 * p->z2[k];
-    if (k == 0) p->bend[k] += c1, p->turn[k] += ray->curl.value;
-    for (int i = 0; i < 2; i++) s->n[i][k + 2] = series_product(p->turn, s->n[i], k) * -q;
-    p->z3[k] = series_product(p->z2, z, k);
-    z[k + 2] = ((sE2 - ray->curl.value) * z[k] - 2 * sE2 * p->z3[k]) * q;
   }
+#pragma GCC unroll 32
+  for (int k = 0; k + 2 <= FLOW_ORDER; k++)
+    for (int i = 0; i < 2; i++) s->n[i][k + 2] = series_product(s->n[i], p->turn, k) * (-1.0 / ((k + 1) * (k + 2)));
+}
+
+/* How the rates of w and of the drag change with w. */
+LANES_INLINE void flow_expand_slopes(const flow_hole *hole, const flow_ray *ray, const flow_series *s, flow_products *p)
+{
+  const lanes a = hole->spin, a2 = a * a, E = ray->energy.value, L = ray->momentum.value, Q = ray->carter.value;
+  const lanes K = (L - a * E) * (L - a * E) + Q;
+#pragma GCC unroll 32
+  for (int k = 0; k < FLOW_TURN_ORDER; k++) {
+    p->bend[k] = 6 * K * s->w[k] - 6 * a2 * Q * p->w2[k];
+    p->push[k] = 2 * p->rate[k] - 2 * a2 * (L * s->w[k] + series_product(s->w, p->rate, k));
+  }
+  p->bend[0] += a2 * E * E - ray->curl.value, p->push[0] += 2 * a * E;
 }
 
 /* Changes of v, of m and of the drag by Mino time, where the ray is. */
@@ -183,19 +200,28 @@ LANES_INLINE void flow_expand_turn(const flow_hole *hole, const flow_ray *ray, i
   dw[0] = ray->w.by[j], dw[1] = ray->v.by[j], s->ddrag[j][0] = ray->drag.by[j];
   for (int i = 0; i < 3; i++) s->dn[j][i][0] = ray->n[i].by[j], s->dn[j][i][1] = ray->m[i].by[j];
 #pragma GCC unroll 32
+  for (int k = 0; k + 2 <= FLOW_TURN_ORDER; k++) {
+    const lanes own = d1 * w[k] + d2 * p->w2[k] + d3 * p->w3[k];
+    dw[k + 2] = (own + series_product(dw, p->bend, k)) * (1.0 / ((k + 1) * (k + 2)));
+  }
+#pragma GCC unroll 32
   for (int k = 0; k < FLOW_TURN_ORDER; k++) {
-    drate[k] = (2 * a * dE * w[k] - a2 * dL * p->w2[k] + series_product(p->push, dw, k) -
-                series_product_tail(p->delta, drate, k)) * inverse;
+    const lanes own = 2 * a * dE * w[k] - a2 * dL * p->w2[k];
+    drate[k] = (own + series_product(dw, p->push, k) - series_product_tail(p->delta, drate, k)) * inverse;
     s->ddrag[j][k + 1] = drate[k] * (1.0 / (k + 1));
-    if (k + 2 > FLOW_TURN_ORDER) break;
-    const double q = 1.0 / ((k + 1) * (k + 2));
-    dw[k + 2] = (d1 * w[k] + d2 * p->w2[k] + d3 * p->w3[k] + series_product(p->bend, dw, k)) * q;
-    dturn[k] = 2 * dsE2 * p->z2[k] + 4 * sE2 * series_product(z, dz, k);
+  }
+#pragma GCC unroll 32
+  for (int k = 0; k + 2 <= FLOW_TURN_ORDER; k++) {
+    const lanes cubic = 2 * dsE2 * p->z3[k] + 6 * sE2 * series_product(dz, p->z2, k);
+    dz[k + 2] = ((sE2 - curl) * dz[k] + (dsE2 - dC) * z[k] - cubic) * (1.0 / ((k + 1) * (k + 2)));
+    dturn[k] = 2 * dsE2 * p->z2[k] + 4 * sE2 * series_product(dz, z, k);
     if (k == 0) dturn[k] += dC;
-    for (int i = 0; i < 2; i++)
-      s->dn[j][i][k + 2] = (series_product(p->turn, s->dn[j][i], k) + series_product(dturn, s->n[i], k)) * -q;
-    const lanes cubic = 2 * dsE2 * p->z3[k] + 6 * sE2 * series_product(p->z2, dz, k);
-    dz[k + 2] = ((sE2 - curl) * dz[k] + (dsE2 - dC) * z[k] - cubic) * q;
+  }
+  for (int i = 0; i < 2; i++) {
+    lanes *dn = s->dn[j][i];
+#pragma GCC unroll 32
+    for (int k = 0; k + 2 <= FLOW_TURN_ORDER; k++)
+      dn[k + 2] = (series_product(dturn, s->n[i], k) + series_product(dn, p->turn, k)) * (-1.0 / ((k + 1) * (k + 2)));
   }
 }
 
@@ -206,7 +232,8 @@ LANES_INLINE lanes flow_expand(const flow_hole *hole, const flow_ray *ray, int t
                                flow_series *s)
 {
   flow_products products;
-  flow_expand_motion(hole, ray, turns, s, &products);
+  flow_expand_motion(hole, ray, s, &products);
+  if (turns) flow_expand_slopes(hole, ray, s, &products);
   for (int j = 0; j < turns; j++) flow_expand_turn(hole, ray, j, &products, s);
   lanes share[FLOW_TURNS];
   for (int j = 0; j < turns; j++) {

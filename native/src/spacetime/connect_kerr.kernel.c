@@ -147,7 +147,7 @@ static void report(pool *pool, const aim_task *t, const aim_shot *shot, const ai
   const int sky = pool->request->sky;
   const lanes E = ray->energy.value, width = sky ? lanes_all(1) : t->b.w * t->b.w;
   lanes launch[3], components[3], arrival[3], local = E;
-  scene_direction(&hole, &t->a, result->aimed.d, launch);
+  scene_direction(&hole, &t->a, t->trial.d, launch);
   for (int k = 0; k < 3; k++) arrival[k] = t->b.n[k];
   if (!sky) {
     local = aim_arrival(&hole, &t->b, ray, components);
