@@ -15,9 +15,14 @@ library *library_find_loaded(const char *name)
   return GetModuleHandleExA(0, name, &module) ? (library *)module : NULL;
 }
 
+/* What the library itself needs is looked for in its own folder, which a name without a folder does not have. */
 library *library_open(const char *path, char *reason, size_t size)
 {
-  HMODULE module = LoadLibraryExA(path, NULL, LOAD_WITH_ALTERED_SEARCH_PATH);
+  wchar_t wide[1024];
+  const int is_path = strpbrk(path, "\\/") != NULL;
+  HMODULE module = NULL;
+  if (MultiByteToWideChar(CP_UTF8, 0, path, -1, wide, sizeof wide / sizeof *wide))
+    module = LoadLibraryExW(wide, NULL, is_path ? LOAD_WITH_ALTERED_SEARCH_PATH : 0);
   if (!module) snprintf(reason, size, "error %lu", GetLastError());
   return (library *)module;
 }

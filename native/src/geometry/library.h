@@ -11,7 +11,7 @@ extern const char *const LIBRARY_EMBREE_NAMES[];
 
 /* A library that the process has loaded already, or NULL. `name` is a file name without a folder. */
 library *library_find_loaded(const char *name);
-/* Loads `path`: a path, or a bare name for the system's search. On failure NULL, and the reason in `reason`. */
+/* Loads `path`, UTF-8: a path, or a bare name for the system's search. On failure NULL, and the reason in `reason`. */
 library *library_open(const char *path, char *reason, size_t size);
 /* NULL if the library has no such function. */
 library_function library_symbol(library *lib, const char *name);

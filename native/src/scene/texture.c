@@ -38,12 +38,12 @@ void image_free(image *image)
 }
 
 /* The texel's index along one axis, or -1 where the image is clipped. */
-static long wrap(long i, long n, extension extension)
+static int64_t wrap(int64_t i, int64_t n, extension extension)
 {
   switch (extension) {
     case EXTEND_REPEAT: i %= n; return i < 0 ? i + n : i;
     case EXTEND_EXTEND: return i < 0 ? 0 : i >= n ? n - 1 : i;
-    case EXTEND_MIRROR: i = labs(i + (i < 0)) % (2 * n); return i >= n ? 2 * n - 1 - i : i;
+    case EXTEND_MIRROR: i = llabs(i + (i < 0)) % (2 * n); return i >= n ? 2 * n - 1 - i : i;
     default: return i < 0 || i >= n ? -1 : i;
   }
 }
@@ -51,17 +51,17 @@ static long wrap(long i, long n, extension extension)
 /* The texels that are blended along one axis. */
 typedef struct footprint {
   int count;
-  long index[4];
+  int64_t index[4];
   double weight[4];
 } footprint;
 
 static footprint footprint_at(double x, size_t size, interpolation interpolation, extension extension)
 {
-  const long n = (long)size;
-  /* Far coordinates lose their fraction anyway; this keeps the integer part within a long. */
+  const int64_t n = (int64_t)size;
+  /* Far coordinates lose their fraction anyway; this keeps the integer part within an integer. */
   double position = fmin(fmax(x * n, -1e15), 1e15) - (interpolation == INTERPOLATE_CLOSEST ? 0 : 0.5);
   const double whole = floor(position), t = position - whole;
-  const long i = (long)whole;
+  const int64_t i = (int64_t)whole;
   footprint f = {.count = interpolation == INTERPOLATE_CLOSEST ? 1 : interpolation == INTERPOLATE_LINEAR ? 2 : 4};
   if (f.count == 1) {
     f.weight[0] = 1;
