@@ -126,6 +126,19 @@ def test_errors_beside_the_poles_of_the_horizon():
     assert np.all(misses(space, 0.999, a[found], b[found], launch, swept) <= error + 1e-10)
 
 
+def test_the_last_step_of_newton():
+    """Rays meet their target far better than the tolerance, which bounds the last step that needs no trial."""
+    space, a, b = random_pairs(0.9, fewer(2000), 1.2, 50, seed=15)
+    got, exact = (connect(space, a, b, 2, tolerance) for tolerance in (1e-6, 1e-12))
+    same = (got["status"] == MET) & (exact["error"] < 1e-9) & (np.abs(got["swept"] - exact["swept"]) < 1e-2)
+    assert np.mean(same) > 0.99
+    for end in ("launch", "arrival"):
+        assert np.quantile(angle_between(got[end], exact[end])[same], 0.99) < 1e-8
+    spread = np.abs(got["spread"] / exact["spread"] - 1)[same]
+    assert np.median(spread) < 3e-6
+    assert np.quantile(spread, 0.99) < 2e-5
+
+
 # Rates of first and second images that bentlight/connect.h states, less half of a unit of their last digit; of spin
 # 0.5, which it does not name, the like.
 MANY = [
