@@ -13,7 +13,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-# What a reader has before a block: the extension, and a saved file with a camera.
+# What a reader has before a block: the extension, and a saved file with a camera and of a small picture.
 BEFORE = """
 import sys
 sys.path.insert(0, {root!r})
@@ -27,6 +27,7 @@ bpy.context.scene.camera.location = 0, -9, 2
 bpy.context.scene.camera.rotation_euler = 1.57, 0, 0
 bpy.context.collection.objects.link(bpy.context.scene.camera)
 bpy.ops.bentlight.black_hole_add(mass=0.1, location=(5, 5, 5))
+bpy.context.scene.render.resolution_percentage = 10  # a relay camera's rays alone take a minute in full size
 bpy.ops.wm.save_as_mainfile(filepath=os.path.abspath("scene.blend"))  # Blender 4.5 keeps a name as it is told
 """
 
