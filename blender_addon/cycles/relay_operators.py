@@ -22,8 +22,8 @@ def _bake(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, reporter: Rep
     failures.forget(scene, "relay camera")
     if maps is None:
         return told("No relay camera")
-    text = "{:.2f} million curved rays in {:.1f} s, {} of them lost, {} pixels of compressed image"
-    return told(text, maps.rays / 1e6, maps.seconds, maps.lost, maps.fine_pixels)
+    text = "{:.2f} million curved rays in {:.1f} s; {:.1f} % see black; {} pixels of compressed image take more"
+    return told(text, maps.rays / 1e6, maps.seconds, 100 * maps.lost / max(maps.rays, 1), maps.fine_pixels)
 
 
 class _Operator:
