@@ -109,11 +109,53 @@ def test_light_is_that_of_cycles(scene, tmp_path):
     cycles, ours = (np.moveaxis(np.array(p), 1, 0) for p in pictures)
     channels += [group.name for group in scene.view_layers[0].lightgroups]
     for name, a, b in zip(channels, cycles, ours, strict=True):
-        if name == "transmission_direct":  # no lobe here refracts lamps' light towards the camera at once
+        if name == "transmission_direct":  # no lobe here refracts lamps' light towards the camera at once; see below
             assert np.abs(a).mean() < 1e-4 and np.abs(b).mean() < 1e-4
             continue
         lit = compare(a, b, block=6)
         assert not lit.differs(), f"{name}: {lit.differs()}; {lit}"
+
+
+def frosted_pane() -> None:
+    """A pane of rough refraction before the camera, a lamp behind it, and nothing else."""
+    scene = bpy.context.scene
+    stage.add_camera((0, 0, 4))
+    stage.set_world((0, 0, 0))
+    frosted = stage.emission((1, 1, 1), name="Frosted")
+    nodes, links = frosted.node_tree.nodes, frosted.node_tree.links
+    shader = nodes.new("ShaderNodeBsdfRefraction")
+    shader.inputs["Color"].default_value = (0.9, 0.7, 0.5, 1)
+    shader.inputs["Roughness"].default_value, shader.inputs["IOR"].default_value = 0.5, 1.3
+    links.new(shader.outputs[0], next(node for node in nodes if node.type == "OUTPUT_MATERIAL").inputs["Surface"])
+    pane = stage.add_square(4, (0, 0, 0), frosted)
+    pane.rotation_euler.z = 0.3  # no pixel's middle is on its diagonal, where Cycles meets it twice
+    lamp = stage.add_light("AREA", (0.5, 0.3, -2), (np.pi, 0, 0), energy=100, size=1.5)
+    lamp.visible_camera = False
+    scene.cycles.max_bounces = scene.bentlight.max_bounces = 3
+
+
+def test_light_that_is_refracted_at_once_is_that_of_cycles(blender, tmp_path):  # noqa: F811
+    """Transmission Direct: drawn at the lamp or by the lobe, alone in its pass, and all of the picture."""
+    frosted_pane()
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y = 36, 24
+    scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = scene.bentlight.use_adaptive_sampling = False
+    scene.cycles.sample_clamp_indirect = scene.cycles.blur_glossy = scene.bentlight.blur_glossy = 0
+    scene.cycles.pixel_filter_type = scene.bentlight.pixel_filter = "BOX"
+    layer = scene.view_layers[0]
+    layer.use_pass_transmission_direct = layer.use_pass_transmission_color = True
+    layer.use_pass_transmission_indirect = layer.use_pass_glossy_direct = layer.use_pass_diffuse_direct = True
+    pictures = [[], []]
+    for seed in range(SEEDS):
+        for engine, passes in enumerate(both(scene, tmp_path, SAMPLES, seed)):
+            direct = passes[NAMES["transmission_direct"]] * passes[NAMES["transmission_color"]]
+            pictures[engine].append(direct)
+            np.testing.assert_allclose(direct, passes["Combined"][..., :3], rtol=1e-4, atol=1e-6)
+            others = ("transmission_indirect", "glossy_direct", "diffuse_direct")
+            assert not any(passes[NAMES[name]].any() for name in others)
+    lit = compare(*map(np.array, pictures))
+    assert lit.mean_a.min() > 0.05 and lit.precision < 0.01
+    assert not lit.differs(), f"{lit.differs()}; {lit}"
 
 
 def test_parts_add_up_to_the_whole(scene, tmp_path):
