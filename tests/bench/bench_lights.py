@@ -234,7 +234,7 @@ def measure_all() -> list[Efficiency]:
         ("room_schwarzschild", room_schwarzschild.build, both_ends, SAMPLES, SEEDS, ()),
         ("room_schwarzschild, lamp of 10 cm", small_lamp, both_ends, SAMPLES, SEEDS, ()),
         ("room_kerr", room_kerr.build, chance, SAMPLES, SEEDS, ()),
-        ("room_wormhole", room_wormhole.build, chance, SAMPLES, SEEDS, ()),
+        ("room_wormhole", room_wormhole.build, both_ends, SAMPLES, SEEDS, ()),
         ("room_wormhole, lit from the other side", wormhole_lamp.build, both_ends, SAMPLES, SEEDS, ()),
         ("caustic_glass", caustic_glass.build, ("BOTH", "BIDIRECTIONAL"), SAMPLES, SEEDS, ()),
         ("flat room", lambda: flat(room_schwarzschild.build), cycles, 64, 16, ()),

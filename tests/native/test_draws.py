@@ -1,8 +1,8 @@
-"""Chi-square tests of what is drawn for the camera, suns, light subpaths, directions through mouths of wormholes, and
-of which connections are listed.
+"""Chi-square tests of what is drawn for the camera, suns, light subpaths, directions through mouths of wormholes, of
+which connections are listed, and of Russian roulette.
 
-Others: the sampler (test_sampler.py), lobes (test_bsdf.py, test_subsurface.py), the choice of lights, places on them
-and directions of the sky (test_direct_light.py).
+Others: the sampler (test_sampler.py), lobes (test_bsdf.py, test_subsurface.py), walks below surfaces
+(test_walk_draws.py), the choice of lights, places on them and directions of the sky (test_direct_light.py).
 """
 
 import meshes
@@ -12,8 +12,8 @@ from bentlight_native import Spacetime
 from bsdf_tools import Grid, chi_square_z, direction, glossy, material
 from bsdf_tools import diffuse as white
 from bsdf_tools import glass as rough_glass
-from scenes import add, emission, glass, look_at, new_scene, perspective, quad, render
-from test_direct_light import add_lamps, placed
+from scenes import add, diffuse, emission, glass, look_at, new_scene, perspective, quad, render
+from test_direct_light import add_lamps, patch_radiance, placed
 from test_join_lenses import box
 from test_portal import glowing_room, open_mouth
 
@@ -258,3 +258,45 @@ def test_ways_are_tried_by_their_chances():
     observed = cells(present[0] / 2, present[1] / 2, joints["rest"], counts=(2, 2, 10))
     expected = np.outer([1 - share[0], share[0]], [1 - share[1], share[1]]).ravel()
     assert abs(chi_square_z(observed, DRAWS * np.repeat(expected / 10, 10))) < 4
+
+
+# ---- Russian roulette ----
+
+
+def rays_of_samples(scene, count, **settings):
+    """How many rays each of `count` samples of a picture of one pixel takes."""
+    numbers = (render(scene, 1, 1, 1, names=("combined",), seed=s, **settings)[1].rays for s in range(count))
+    return np.fromiter(numbers, int, count)
+
+
+@pytest.mark.parametrize(("albedo", "start"), [(0.5, 0), (0.8, 2), (0.2, 1)])
+def test_paths_end_by_their_throughput(albedo, start):
+    """Inside a gray ball that does not shine: from bounce `start` on a path of throughput b goes on with the chance
+    sqrt(b / 0.33), and what goes on stands for all: b becomes sqrt(0.33 b). Each survivor of a scattering is one more
+    ray."""
+    scene = new_scene()
+    add(scene, meshes.sphere(), diffuse((albedo,) * 3))
+    perspective(scene, look_at((0.3, 0.2, 0.1), (0, 0, 0)))
+    scene.commit()
+    n, throughput, alive, ends = 4000, 1.0, 1.0, []
+    for bounce in range(1, 60):
+        throughput *= albedo
+        chance = min(np.sqrt(throughput / 0.33), 1) if bounce >= start else 1
+        ends.append(alive * (1 - chance))
+        throughput, alive = throughput / chance, alive * chance
+    limits = {"max_bounces": 99, "diffuse_bounces": 99, "roulette_start": start, "light_sampling": "SCATTERING"}
+    observed = np.bincount(rays_of_samples(scene, n, **limits), minlength=61)[1:60]
+    assert observed.sum() == n and abs(chi_square_z(observed, np.multiply(n, ends))) < 4
+
+
+def test_faint_shadows_are_traced_by_their_light():
+    """Of light L less than the threshold t, in L / t of the samples; then it stands for all."""
+    scene = new_scene()
+    add_lamps(scene, (0, 0, 2), intensity=3.0)
+    values = patch_radiance(scene)
+    light = 3 / 4 / np.pi
+    assert values == pytest.approx(light, rel=1e-5)
+    n, threshold = 4000, 0.8
+    shadows = rays_of_samples(scene, n, max_bounces=0, light_threshold=threshold) - 2  # the path's rays go to the sky
+    chance = light / threshold
+    assert set(shadows) == {0, 1} and abs(shadows.sum() - n * chance) < 4 * np.sqrt(n * chance * (1 - chance))
