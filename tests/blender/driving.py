@@ -7,10 +7,13 @@ a `yield` of the seconds that Blender gets to itself then. Exit code 0 and a las
 import os
 import subprocess
 import sys
+import threading
 import time
 import traceback
+import weakref
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import ModuleType
 
 import bpy
 import numpy as np
@@ -50,6 +53,53 @@ def read(path: Path) -> np.ndarray:
     pixels = pixels.reshape(image.size[1], image.size[0], 4)[..., :3]
     bpy.data.images.remove(image)
     return pixels
+
+
+def module(name: str) -> ModuleType:
+    """One of the extension's."""
+    return sys.modules[f"bl_ext.user_default.bentlight.{name}"]
+
+
+def previews() -> list[threading.Thread]:
+    """What runs for viewports, one for each: it must end with them."""
+    name = module("progressive").THREAD_NAME
+    return [thread for thread in threading.enumerate() if thread.name == name]
+
+
+_drawn: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()  # by viewport: the picture, how many wishes so far
+
+
+def _watch() -> None:
+    """Lets viewports tell from now on what they draw."""
+    viewport = module("viewport").Viewport
+    if hasattr(viewport, "watched"):
+        return
+    show = viewport.watched = viewport._show
+
+    def watched(self, *args) -> None:
+        show(self, *args)
+        old, count = _drawn.get(self, (None, 0))
+        if self._preview is not None and self._preview is not old:
+            _drawn[self] = self._preview, count + (old is None or old.wish is not self._preview.wish)
+
+    viewport._show = watched
+
+
+def pictures() -> list[tuple]:
+    """What the living viewports have drawn last, and how many wishes they have drawn something of."""
+    _watch()
+    return list(_drawn.values())
+
+
+def finished(seconds: float = 12.0) -> Iterator[float]:
+    """Waits until all viewports show the last sample of what is there now."""
+    pictures()
+    yield 0.3
+    until = time.monotonic() + seconds
+    while not pictures() or any(drawn.samples < drawn.wish.settings.sample_count for drawn, _ in pictures()):
+        assert time.monotonic() < until, f"no viewport shows its last sample: {[d.samples for d, _ in pictures()]}"
+        yield 0.1
+    yield 0.1
 
 
 def press(kind: str, *keys: str) -> None:
