@@ -70,7 +70,7 @@ class Progressive:
         self._progress: bentlight_native.Progress | None = None
         self._preview: Preview | None = None
         self._failure: Exception | None = None
-        self._pixels_per_second = 1e5  # a guess, and measured from the first picture on
+        self._pixels_per_second = 2e4  # a cautious guess, and measured from the first picture on
         self._stars_per_second = 2e4  # as well
         self._thread = threading.Thread(target=self._run, name=THREAD_NAME, daemon=True)
         self._thread.start()

@@ -14,6 +14,7 @@ import weakref
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
+from typing import NamedTuple
 
 import bpy
 import numpy as np
@@ -66,7 +67,17 @@ def previews() -> list[threading.Thread]:
     return [thread for thread in threading.enumerate() if thread.name == name]
 
 
-_drawn: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()  # by viewport: the picture, how many wishes so far
+class Drawn(NamedTuple):
+    """The last picture that a viewport has drawn; nothing that would keep the viewport alive."""
+
+    size: tuple[int, int]  # width, height
+    samples: int
+    wanted: int  # samples
+    wish: weakref.ref
+    wishes: int  # of which something was drawn so far
+
+
+_drawn: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()  # by viewport
 
 
 def _watch() -> None:
@@ -78,26 +89,28 @@ def _watch() -> None:
 
     def watched(self, *args) -> None:
         show(self, *args)
-        old, count = _drawn.get(self, (None, 0))
-        if self._preview is not None and self._preview is not old:
-            _drawn[self] = self._preview, count + (old is None or old.wish is not self._preview.wish)
+        made, old = self._preview, _drawn.get(self)
+        if made is not None:
+            wishes = (old.wishes if old else 0) + (old is None or old.wish() is not made.wish)
+            size, wanted = made.pixels.shape[1::-1], made.wish.settings.sample_count
+            _drawn[self] = Drawn(size, made.samples, wanted, weakref.ref(made.wish), wishes)
 
     viewport._show = watched
 
 
-def pictures() -> list[tuple]:
-    """What the living viewports have drawn last, and how many wishes they have drawn something of."""
+def pictures() -> list[Drawn]:
+    """What the living viewports have drawn last."""
     _watch()
     return list(_drawn.values())
 
 
-def finished(seconds: float = 12.0) -> Iterator[float]:
+def finished(seconds: float = 30.0) -> Iterator[float]:
     """Waits until all viewports show the last sample of what is there now."""
     pictures()
     yield 0.3
     until = time.monotonic() + seconds
-    while not pictures() or any(drawn.samples < drawn.wish.settings.sample_count for drawn, _ in pictures()):
-        assert time.monotonic() < until, f"no viewport shows its last sample: {[d.samples for d, _ in pictures()]}"
+    while not pictures() or any(drawn.samples < drawn.wanted for drawn in pictures()):
+        assert time.monotonic() < until, f"no viewport shows its last sample: {pictures()}"
         yield 0.1
     yield 0.1
 

@@ -1,4 +1,4 @@
-"""A viewport without a window: what Blender's engine and region give it in Rendered shading, and waiting for pictures."""
+"""A viewport without a window: what Blender gives it in Rendered shading, and waiting for its pictures."""
 
 from __future__ import annotations
 
