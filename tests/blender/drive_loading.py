@@ -1,8 +1,8 @@
 """Run by the real Blender in its window, with the extension enabled and a scene open: files are loaded meanwhile.
 
 `blender SCENE --python drive_loading.py -- FOLDER` loads other files while a viewport renders, and while F12 does,
-which may have been stopped just before. Exit code 0 and a last line "loading fine" if Blender lives and nothing goes on.
-A step is what comes before a `yield` of the seconds that Blender gets to itself then.
+which may have been stopped just before. Exit code 0 and a last line "loading fine" if Blender lives, and nothing
+goes on. A step is what comes before a `yield` of the seconds that Blender gets to itself then.
 """
 
 import sys

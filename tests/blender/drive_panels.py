@@ -93,6 +93,7 @@ def overlay() -> Iterator[float]:
     for color in (ORBIT, PHOTONS, RAYS):
         assert drawn("overlay_schwarzschild", color) > 200
     settings.rays = "OFF"  # captured ones are nearly as red as the horizon
+    space.region_3d.view_distance = 5.0  # a small circle has no name
     yield 0.5
     names = [drawn("overlay_labels", color) for color in (HORIZON, ORBIT, PHOTONS)]
     settings.show_labels = False
@@ -102,6 +103,7 @@ def overlay() -> Iterator[float]:
     assert min(circles) > 15, circles  # the horizon is the smallest
     assert min(a - b for a, b in zip(names, circles, strict=True)) > 30, (names, circles)
     settings.show_labels = True
+    look(space.region_3d)
     hole().bentlight.spin, hole().bentlight.disk.enable, settings.rays = 0.9, True, "CURSOR"
     hole().bentlight.disk.outer_radius = 8.0
     scene.cursor.location = (-4, -1, 0)
