@@ -302,15 +302,19 @@ class _ViewRender:
     def _on_a_thread(self, work: Callable[[bentlight_native.Progress], T]) -> T | None:
         """What `work` returns, done on a thread of its own: who gives up need not wait for it. None if they did."""
         progress = bentlight_native.Progress()
+
+        def attempt() -> T | None:  # without an exception, which would hold the scene in a circle of references
+            try:
+                return work(progress)
+            except bentlight_native.Cancelled:
+                return None
+
         with ThreadPoolExecutor(1) as pool:
-            doing = pool.submit(work, progress)
+            doing = pool.submit(attempt)
             while not wait([doing], _POLL).done:
                 if self._engine.test_break():
                     progress.cancel()
-        try:
-            return doing.result()
-        except bentlight_native.Cancelled:
-            return None
+        return doing.result()
 
     def _tiles(self, threads: int, samples: int) -> list[Tile]:
         largest = min(self._window[2] * self._window[3] / (threads * _TILES_PER_THREAD), _TILE_PATHS / samples)

@@ -70,7 +70,7 @@ class Progressive:
         self._progress: bentlight_native.Progress | None = None
         self._preview: Preview | None = None
         self._failure: Exception | None = None
-        self._pixels_per_second = 1e5  # a guess, and measured from the first picture on
+        self._pixels_per_second = 2e4  # a cautious guess, and measured from the first picture on
         self._stars_per_second = 2e4  # as well
         self._thread = threading.Thread(target=self._run, name=THREAD_NAME, daemon=True)
         self._thread.start()
@@ -96,7 +96,8 @@ class Progressive:
             self._changed.notify_all()
 
     def close(self) -> None:
-        """Stops all threads and waits for them. May be called again."""
+        """Stops all threads, waits for them, and lets go of the last picture: its wish may know who has this one, and
+        such a circle would last until Python looks for circles. May be called again."""
         with self._changed:
             self._stopped = True
             if self._progress:
@@ -104,6 +105,8 @@ class Progressive:
             self._changed.notify_all()
         self._thread.join()
         self._pool.shutdown()
+        with self._changed:
+            self._preview = self._wish = None
 
     def _run(self) -> None:
         while (wish := self._next()) is not None:
@@ -182,7 +185,10 @@ class Progressive:
         with self._cancellable(may_cancel) as progress:
             works = [self._pool.submit(_render_tile, scene, settings, tile, channels, progress) for tile in tiles]
             wait(works)  # all: the next edit must find nobody at work
-            return sum(work.result() for work in works)
+        counts = [work.result() for work in works]
+        if None in counts:
+            raise bentlight_native.Cancelled("another picture is wanted")
+        return sum(counts)
 
     def _starry(
         self, pixels: np.ndarray, settings: bentlight_native.RenderSettings, stars: _Stars, may_cancel: bool
@@ -265,11 +271,16 @@ def _render_tile(
     tile: Tile,
     channels: dict[str, np.ndarray],
     progress: bentlight_native.Progress,
-) -> int:
-    """Adds samples to a tile of a picture; returns how many."""
+) -> int | None:
+    """Adds samples to a tile of a picture; returns how many, or None if that was cancelled.
+
+    Not as an exception: a future would hold it, and its traceback the future, and that circle the scene."""
     where = slice(tile.y, tile.y + tile.height), slice(tile.x, tile.x + tile.width)
     part = {name: np.ascontiguousarray(values[where]) for name, values in channels.items()}
-    done = scene.render_tile(tile.x, tile.y, tile.width, tile.height, settings, part, progress)
+    try:
+        done = scene.render_tile(tile.x, tile.y, tile.width, tile.height, settings, part, progress)
+    except bentlight_native.Cancelled:
+        return None
     for name, values in channels.items():
         values[where] = part[name]
     return done.samples

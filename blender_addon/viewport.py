@@ -61,8 +61,9 @@ class Viewport:
         self._texture: gpu.types.GPUTexture | None = None
 
     def close(self) -> None:
-        """Stops all work."""
+        """Stops all work, and lets go of the last picture, whose wish knows this viewport."""
         self._progressive.close()
+        self._preview = self._texture = None
 
     def update(self, engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> None:
         """Something in the scene has changed."""

@@ -20,6 +20,7 @@ import bench_room
 import bench_sky
 import bench_table
 import bench_trace
+import bench_viewport
 import bentlight_native
 from chart import Series, log_log_chart
 
@@ -110,6 +111,17 @@ def room_section(times: bench_room.RoomTimes) -> str:
         + "\n"
         + table(["ratio", "measured", "goal"], ratios)
     )
+
+
+def viewport_section(times: bench_viewport.ViewportTimes) -> str:
+    """How soon Rendered shading shows something."""
+    width, height = bench_viewport.RESOLUTION
+    rows = [
+        ["a camera that has moved, first picture", f"{times.moved:.2f}", "0.3"],
+        ["the same, in full resolution", f"{times.full:.2f}", ""],
+        ["a new viewport, first picture", f"{times.begun:.2f}", ""],
+    ]
+    return f"## The room in Rendered shading, {width} x {height}\n\n" + table(["until", "seconds", "goal"], rows)
 
 
 def lens_section(times: bench_lens.LensTimes) -> str:
@@ -218,6 +230,8 @@ def main() -> None:
     log.info("room")
     os.sched_setaffinity(0, cores)
     sections.append(room_section(bench_room.measure()))
+    log.info("viewport")
+    sections.append(viewport_section(bench_viewport.measure()))
     log.info("lens")
     sections.append(lens_section(bench_lens.measure()))
     log.info("relay camera")

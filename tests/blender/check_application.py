@@ -131,6 +131,16 @@ def test_a_viewport_in_the_true_window(drive, scenes, shared):
     drive("viewport", scene="/share/good.blend", shared=shared)
 
 
+def test_what_a_viewport_is_to_show_in_the_true_window(drive, scenes, shared):
+    """Local view, view layers, borders, the viewport's own camera, areas that are split and closed: by their pixels."""
+    drive("views", shared=shared)
+
+
+def test_files_are_loaded_while_the_true_window_renders(drive, scenes, shared):
+    """By a viewport, and by F12: nothing goes on afterwards, and all works again."""
+    drive("loading", scene="/share/good.blend", shared=shared)
+
+
 def test_every_panel_and_the_overlay_in_the_true_window(drive, scenes, shared):
     """Each panel in each state, and the overlay in each shading: Blender prints what they raise while drawn."""
     drive("panels", shared=shared)

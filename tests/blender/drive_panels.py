@@ -16,6 +16,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from driving import area, read, run, shot, window
 
 # Least and largest red, green and blue of what the overlay draws, as it is on the screen; nothing else there has them.
+HORIZON = ((0.86, 0.2, 0.1), (1.0, 0.34, 0.26))
 ORBIT = ((0.0, 0.7, 0.75), (0.5, 1.0, 1.0))  # the last stable one
 PHOTONS = ((0.86, 0.67, 0.0), (1.0, 1.0, 0.42))
 DISK = ((0.8, 0.36, 0.0), (1.0, 0.58, 0.35))
@@ -91,6 +92,18 @@ def overlay() -> Iterator[float]:
     yield 1
     for color in (ORBIT, PHOTONS, RAYS):
         assert drawn("overlay_schwarzschild", color) > 200
+    settings.rays = "OFF"  # captured ones are nearly as red as the horizon
+    space.region_3d.view_distance = 5.0  # a small circle has no name
+    yield 0.5
+    names = [drawn("overlay_labels", color) for color in (HORIZON, ORBIT, PHOTONS)]
+    settings.show_labels = False
+    area("VIEW_3D").tag_redraw()
+    yield 0.5
+    circles = [drawn("overlay_circles", color) for color in (HORIZON, ORBIT, PHOTONS)]
+    assert min(circles) > 15, circles  # the horizon is the smallest
+    assert min(a - b for a, b in zip(names, circles, strict=True)) > 30, (names, circles)
+    settings.show_labels = True
+    look(space.region_3d)
     hole().bentlight.spin, hole().bentlight.disk.enable, settings.rays = 0.9, True, "CURSOR"
     hole().bentlight.disk.outer_radius = 8.0
     scene.cursor.location = (-4, -1, 0)
@@ -115,6 +128,7 @@ def overlay() -> Iterator[float]:
     hole().hide_set(True)
     yield 0.5
     assert drawn("overlay_hidden", PHOTONS) == 0
+    assert drawn("overlay_hidden", HORIZON) < 20  # a captured ray
     hole().hide_set(False)
     bpy.context.view_layer.objects.active = hole()
     hole().select_set(True)

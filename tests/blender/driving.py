@@ -7,10 +7,14 @@ a `yield` of the seconds that Blender gets to itself then. Exit code 0 and a las
 import os
 import subprocess
 import sys
+import threading
 import time
 import traceback
+import weakref
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import ModuleType
+from typing import NamedTuple
 
 import bpy
 import numpy as np
@@ -50,6 +54,65 @@ def read(path: Path) -> np.ndarray:
     pixels = pixels.reshape(image.size[1], image.size[0], 4)[..., :3]
     bpy.data.images.remove(image)
     return pixels
+
+
+def module(name: str) -> ModuleType:
+    """One of the extension's."""
+    return sys.modules[f"bl_ext.user_default.bentlight.{name}"]
+
+
+def previews() -> list[threading.Thread]:
+    """What runs for viewports, one for each: it must end with them."""
+    name = module("progressive").THREAD_NAME
+    return [thread for thread in threading.enumerate() if thread.name == name]
+
+
+class Drawn(NamedTuple):
+    """The last picture that a viewport has drawn; nothing that would keep the viewport alive."""
+
+    size: tuple[int, int]  # width, height
+    samples: int
+    wanted: int  # samples
+    wish: weakref.ref
+    wishes: int  # of which something was drawn so far
+
+
+_drawn: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()  # by viewport
+
+
+def _watch() -> None:
+    """Lets viewports tell from now on what they draw."""
+    viewport = module("viewport").Viewport
+    if hasattr(viewport, "watched"):
+        return
+    show = viewport.watched = viewport._show
+
+    def watched(self, *args) -> None:
+        show(self, *args)
+        made, old = self._preview, _drawn.get(self)
+        if made is not None:
+            wishes = (old.wishes if old else 0) + (old is None or old.wish() is not made.wish)
+            size, wanted = made.pixels.shape[1::-1], made.wish.settings.sample_count
+            _drawn[self] = Drawn(size, made.samples, wanted, weakref.ref(made.wish), wishes)
+
+    viewport._show = watched
+
+
+def pictures() -> list[Drawn]:
+    """What the living viewports have drawn last."""
+    _watch()
+    return list(_drawn.values())
+
+
+def finished(seconds: float = 30.0) -> Iterator[float]:
+    """Waits until all viewports show the last sample of what is there now."""
+    pictures()
+    yield 0.3
+    until = time.monotonic() + seconds
+    while not pictures() or any(drawn.samples < drawn.wanted for drawn in pictures()):
+        assert time.monotonic() < until, f"no viewport shows its last sample: {pictures()}"
+        yield 0.1
+    yield 0.1
 
 
 def point_at(kind: str) -> None:

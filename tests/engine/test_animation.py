@@ -224,12 +224,9 @@ print("USED", *used)
 def test_memory_does_not_grow(tmp_path, keep):
     """250 frames of a scene in which everything changes: the second half takes no more than the first has."""
     scene = change_much()
-    bpy.data.objects["Black Hole"].animation_data_clear()
-    animate(bpy.data.objects["Black Hole"], "bentlight.mass", (0.1, 0.12, 0.12, 0.15, 0.15))
-    bpy.data.objects["Black Hole"].bentlight.spin = 0.0
     for curve in (curve for action in bpy.data.actions for curve in animation_curves(action)):
         curve.modifiers.new("CYCLES")
-    scene.render.resolution_x, scene.render.resolution_y, scene.bentlight.samples = 8, 6, 1
+    scene.render.resolution_x, scene.render.resolution_y, scene.bentlight.samples = 4, 3, 1
     scene.frame_start, scene.frame_end = 1, 250
     scene.render.use_persistent_data = keep
     scene.render.filepath = str(tmp_path / "film_")

@@ -1,7 +1,9 @@
 """Pictures that are made over and over while a scene changes: what comes when, and that nothing gets lost."""
 
+import gc
 import threading
 import time
+import weakref
 from dataclasses import replace
 
 import bentlight_native
@@ -115,6 +117,32 @@ def test_a_new_wish_is_seen_soon_though_the_old_one_would_take_long(watcher):
     watcher.progressive.render(Wish(lambda: scene, settings(sample_count=3)))
     watcher.wait(lambda: watcher.pictures[-1].wish.settings.sample_count == 3)
     assert time.monotonic() - asked < 1
+
+
+@pytest.mark.parametrize("end", ["another wish", "close"])
+def test_what_is_over_is_freed_at_once(monkeypatch, end):
+    """Not when Python looks for circles of references, which may be much later: the scene may be large. The wish knows
+    who has made it, as a viewport's does."""
+    watcher, scene = Watcher(), glowing_scene()
+    freed = weakref.ref(scene)
+    gc.disable()
+    try:
+        watcher.progressive.render(
+            Wish(lambda watcher=watcher, scene=scene: scene, settings(sample_count=1 << 20, max_bounces=64))
+        )
+        watcher.wait(lambda: any(picture.samples for picture in watcher.pictures))
+        del scene
+        watcher.pictures.clear()
+        if end == "close":
+            watcher.progressive.close()
+        else:
+            other = glowing_scene()
+            watcher.progressive.render(Wish(lambda: other, settings(sample_count=2)))
+            watcher.wait(lambda: watcher.pictures and watcher.pictures[-1].samples == 2)
+            watcher.progressive.close()
+        assert freed() is None
+    finally:
+        gc.enable()
 
 
 def test_a_failure_is_told_and_the_next_wish_is_rendered(watcher):
