@@ -47,6 +47,7 @@ PLATFORMS = {
 
 # zig spells processors with underscores. Windows has no libdl, which CMake takes from the Python here; and zig would
 # link its own C library as bitcode there and fail, but what was compiled with -flto is optimized by the linker anyway.
+# For macOS it makes no bundles; Python loads dynamic libraries as well.
 COMPILER = """#!/bin/sh
 case " $* " in *" -c "*) links= ;; *) links={is_windows} ;; esac
 for argument; do
@@ -54,6 +55,7 @@ for argument; do
   case $links$argument in
     *-march=x86-64-v*) argument=-march=x86_64_v${{argument##*v}} ;;
     yes-flto* | yes-ldl) continue ;;
+    *-bundle) argument=-dynamiclib ;;
   esac
   set -- "$@" "$argument"
 done
