@@ -5,16 +5,16 @@
 #   make lint           style of Python, and warnings of C as errors
 #   make bench          measures speed and errors (output/bench/bench.md)
 #   make package        the installable Blender extension (dist)
+#   make packages       that for every platform, by cross compilation, and looks into each (docs/packages.md)
 #   make test-blender   installs that in the real Blender application and renders (needs root; not part of `test`)
 #   make blends         examples/*.blend: scenes with thumbnails
-#   make cross          compiles the core for Windows, macOS and arm64 (docs/packages.md)
 #   make clean          removes what all this built, the virtual environments excepted
 
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: render test test-python test-python-4.5 test-sanitized lint bench package test-blender blends cross clean
+.PHONY: render test test-python test-python-4.5 test-sanitized lint bench package packages test-blender blends clean
 .DEFAULT_GOAL := render
 
 python := .venv/bin/python
@@ -54,6 +54,12 @@ package: build/native.stamp
 	rm -rf dist
 	$(python) tests/tools/build_extension.py --wheel build/wheelhouse/*.whl --output dist
 
+packages: build/native.stamp build/cross/ready
+	PYTHONPATH=build/cross/site $(python) tests/tools/cross_compile.py build/cross
+	rm -rf dist
+	$(python) tests/tools/build_extension.py --wheel build/wheelhouse/*.whl build/cross/*/wheelhouse/*.whl --output dist
+	BENTLIGHT_PACKAGES=dist $(python) -m pytest -n 0 tests/package/test_packages.py
+
 test-blender: export BENTLIGHT_BLENDER_DIR ?= $(HOME)/.cache/bentlight-blender
 test-blender: package
 	tests/blender/make_tree.sh "$$BENTLIGHT_BLENDER_DIR"
@@ -62,9 +68,6 @@ test-blender: package
 # By the oldest Blender that is supported: newer ones open what it writes.
 blends: build/native-4.5.stamp
 	$(python_4.5) examples/save_blends.py
-
-cross: build/cross/ready
-	build/cross/venv/bin/python tests/tools/cross_compile.py build/cross
 
 clean:
 	rm -rf build dist output
@@ -83,9 +86,8 @@ native := $(shell find native -not -name __pycache__ -not -name '*.pyc')
 	tests/tools/make_venv.sh .venv-4.5 $<
 	touch $@
 
-build/cross/ready: tests/requirements/cross.txt
-	python3 -m venv build/cross/venv
-	build/cross/venv/bin/python $(pip_build) install --requirement $<
+build/cross/ready: tests/requirements/cross.txt .venv/ready
+	$(python) $(pip_build) install --upgrade --target build/cross/site --requirement $<
 	touch $@
 
 build/wheel.stamp: $(native) | .venv/ready

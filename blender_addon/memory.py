@@ -10,7 +10,7 @@ _MIB = 1 << 20
 
 
 def used_and_peak() -> tuple[float, float]:
-    """Memory in use now and the most so far; zeros where unknown."""
+    """Memory in use now and the most so far; zeros where unknown, as on Windows."""
     try:
         import resource  # not on Windows
     except ImportError:

@@ -9,6 +9,7 @@ that it has read, so that places are not read where a direction says enough: tow
 
 from __future__ import annotations
 
+import contextlib
 import math
 import time
 from collections.abc import Iterable
@@ -130,9 +131,10 @@ def bake(
 
 
 def remove(files: Iterable[Path]) -> None:
-    """Deletes maps; those that are gone already do no harm."""
+    """Deletes maps. Those that are gone already do no harm, nor those that Windows keeps while Cycles has them open."""
     for file in files:
-        file.unlink(missing_ok=True)
+        with contextlib.suppress(PermissionError):
+            file.unlink(missing_ok=True)
 
 
 def _power_of_two(limit: float) -> int:

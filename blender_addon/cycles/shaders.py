@@ -51,7 +51,7 @@ def compiled(name: str) -> Shader:
     try:
         if not compile_file(str(source_folder() / f"{name}.osl"), path):
             raise RenderError("The shader {}.osl does not compile; see the console", name)
-        return Shader(Path(path).read_text(), f"{name} {key()}")
+        return Shader(Path(path).read_text(encoding="utf-8"), f"{name} {key()}")
     finally:
         os.unlink(path)
 

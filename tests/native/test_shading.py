@@ -148,6 +148,15 @@ def test_images_far_away_are_harmless(place, interpolation, extension):
     assert np.isfinite(color).all() and (color >= 0).all() and (color <= 1).all()
 
 
+@pytest.mark.parametrize("place", [1e9, -1e9, 1e15])
+def test_the_edge_of_an_image_goes_on_forever(place):
+    """Also where a place is no integer of 32 bits any more, which is what `long` has on Windows."""
+    pixels = np.random.default_rng(0).random((3, 5, 4), np.float32)
+    pixels[..., 3] = 1
+    edge = pixels[-1, -1, :3] if place > 0 else pixels[0, 0, :3]
+    np.testing.assert_allclose(image_scene(pixels, place, place), edge, rtol=1e-6)
+
+
 def test_bytes_and_floats_of_the_same_image_agree():
     bytes_ = np.random.default_rng(1).integers(0, 256, (4, 4, 4), np.uint8)
     floats = (bytes_ / 255).astype(np.float32)

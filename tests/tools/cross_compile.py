@@ -40,13 +40,13 @@ class Platform(NamedTuple):
 PLATFORMS = {
     "linux-arm64": Platform("aarch64-linux-gnu.2.34", "Linux", "aarch64", "linux-aarch64"),
     "windows-x64": Platform("x86_64-windows-gnu", "Windows", "AMD64", "win-amd64"),
-    "windows-arm64": Platform("aarch64-windows-gnu", "Windows", "ARM64", "win-arm64"),
     "macos-x64": Platform("x86_64-macos.11.0", "Darwin", "x86_64", "macosx-11.0-x86_64"),
     "macos-arm64": Platform("aarch64-macos.11.0", "Darwin", "arm64", "macosx-11.0-arm64"),
 }
 
 # zig spells processors with underscores. Windows has no libdl, which CMake takes from the Python here; and zig would
 # link its own C library as bitcode there and fail, but what was compiled with -flto is optimized by the linker anyway.
+# For macOS it makes no bundles; Python loads dynamic libraries as well.
 COMPILER = """#!/bin/sh
 case " $* " in *" -c "*) links= ;; *) links={is_windows} ;; esac
 for argument; do
@@ -54,6 +54,7 @@ for argument; do
   case $links$argument in
     *-march=x86-64-v*) argument=-march=x86_64_v${{argument##*v}} ;;
     yes-flto* | yes-ldl) continue ;;
+    *-bundle) argument=-dynamiclib ;;
   esac
   set -- "$@" "$argument"
 done
@@ -109,15 +110,14 @@ def write_headers(folder: Path, platform: Platform) -> None:
     (folder / "pyconfig.h").write_text(PYCONFIG_WINDOWS if platform.is_windows else PYCONFIG_POSIX)
 
 
-def write_import_library(path: Path, platform: Platform) -> None:
+def write_import_library(path: Path) -> None:
     """python3.lib: the stable ABI of Python 3.11, as python3.dll exports it."""
     lines = ["LIBRARY python3.dll", "EXPORTS"]
     for table, kind in ((abi3info.FUNCTIONS, ""), (abi3info.DATAS, " DATA")):
         lines += [f"{symbol.name}{kind}" for symbol, entry in table.items() if entry.added <= PYTHON]
     definition = path.with_suffix(".def")
     definition.write_text("\n".join(lines) + "\n")
-    machine = "arm64" if platform.processor == "ARM64" else "i386:x86-64"
-    subprocess.run([ZIG, "dlltool", "-m", machine, "-d", definition, "-l", path], check=True)
+    subprocess.run([ZIG, "dlltool", "-m", "i386:x86-64", "-d", definition, "-l", path], check=True)
 
 
 def write_toolchain(folder: Path, platform: Platform) -> Path:
@@ -129,7 +129,7 @@ def write_toolchain(folder: Path, platform: Platform) -> Path:
         write_program(folder / name, TOOL.format(zig=ZIG, name=name))
     write_headers(folder / "python", platform)
     if platform.is_windows:
-        write_import_library(folder / "python3.lib", platform)
+        write_import_library(folder / "python3.lib")
     path = folder / "toolchain.cmake"
     path.write_text(TOOLCHAIN.format(folder=folder, python=sys.executable, **platform._asdict()))
     return path

@@ -6,17 +6,33 @@
 #include <string.h>
 
 #ifndef BENT_SINGLE_ISA
+#include <cpuid.h>
+
 static const char *const NAMES[] = {"v2", "v3", "v4"};
 
+/* What the operating system saves of the registers when threads take turns: vectors of 256 and of 512 bits. */
+enum { SAVED_AVX = 0x06, SAVED_AVX512 = 0xe6 };
+
+static unsigned saved_registers(void)
+{
+  unsigned low, high;
+  __asm__("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
+  return low;
+}
+
+/* By the processor's own instruction: not every compiler's library fills in what __builtin_cpu_supports reads. */
 static int detect(void)
 {
-  __builtin_cpu_init();
+  const unsigned v3 = bit_AVX2 | bit_BMI2;
+  const unsigned v4 = bit_AVX512F | bit_AVX512BW | bit_AVX512CD | bit_AVX512DQ | bit_AVX512VL;
+  unsigned a, b, c, d, extended;
   int best = BENT_ISA_INDEX_V2;
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2"))
-    best = BENT_ISA_INDEX_V3;
-  if (best == BENT_ISA_INDEX_V3 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-      __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
-    best = BENT_ISA_INDEX_V4;
+  if (__get_cpuid(1, &a, &b, &c, &d) && c & bit_FMA && c & bit_OSXSAVE && __get_cpuid_count(7, 0, &a, &extended, &c, &d)) {
+    const unsigned saved = saved_registers();
+    if ((saved & SAVED_AVX) == SAVED_AVX && (extended & v3) == v3) best = BENT_ISA_INDEX_V3;
+    if (best == BENT_ISA_INDEX_V3 && (saved & SAVED_AVX512) == SAVED_AVX512 && (extended & v4) == v4)
+      best = BENT_ISA_INDEX_V4;
+  }
   const char *wanted = getenv("BENTLIGHT_ISA");
   for (int i = 0; wanted && i <= best; i++)
     if (!strcmp(wanted, NAMES[i])) return i;
