@@ -278,7 +278,7 @@ def test_another_wish_does_not_wait_for_stars(watcher, monkeypatch):
     for name in ("find_stars", "draw_stars"):
         begun, ended = endless(monkeypatch, name)
         scene = open_scene()
-        watcher.progressive._stars_per_second = 1.0
+        watcher.progressive._stars_per_second, watcher.progressive._pixels_per_second = 1.0, 1e9
         watcher.progressive.render(Wish(lambda scene=scene: scene, settings(sample_count=4), 1, sky_of_stars(2000)))
         assert begun.wait(60)
         assert [picture.samples for picture in watcher.pictures[-1:]] == [1] and not ended
