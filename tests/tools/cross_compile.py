@@ -19,7 +19,7 @@ import ziglang
 from abi3info.models import PyVersion
 
 NATIVE = Path(__file__).resolve().parents[2] / "native"
-ZIG = Path(ziglang.__file__).parent / "zig"
+ZIG = Path(ziglang.__file__).resolve().parent / "zig"
 PYTHON = PyVersion(3, 11)
 
 
