@@ -58,7 +58,7 @@ packages: build/native.stamp build/cross/ready
 	PYTHONPATH=build/cross/site $(python) tests/tools/cross_compile.py build/cross
 	rm -rf dist
 	$(python) tests/tools/build_extension.py --wheel build/wheelhouse/*.whl build/cross/*/wheelhouse/*.whl --output dist
-	BENTLIGHT_PACKAGES=dist $(python) -m pytest -n 0 tests/package/test_packages.py
+	BENTLIGHT_PACKAGES=dist $(python) -m pytest -n 0 tests/package/check_packages.py
 
 test-blender: export BENTLIGHT_BLENDER_DIR ?= $(HOME)/.cache/bentlight-blender
 test-blender: package
