@@ -64,32 +64,12 @@ static light_cluster join(const light_cluster *a, const light_cluster *b)
 static vec3 center_of(const light_cluster *c) { return v3_scale(v3_add(c->low, c->high), 0.5); }
 static double axis_of(vec3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 
-/* What is known of many emitters without joining their cones, which takes long. */
-typedef struct bundle {
-  vec3 low, high;
-  double power;
-  vec3 heading; /* sum of their axes, by power; of those that shine all around 0 */
-} bundle;
-
-static const bundle NOTHING = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}, 0, {0, 0, 0}};
-
-static bundle bundle_of(const light_cluster *c)
+/* Cost of a cluster in the surface area orientation heuristic: power, extent and spread of directions. */
+static double cost_of(const light_cluster *c)
 {
-  const int has_axis = !c->around && c->cos_normals > -1;
-  return (bundle){c->low, c->high, c->power, v3_scale(c->axis, has_axis ? c->power : 0)};
-}
-
-static bundle bundle_join(const bundle *a, const bundle *b)
-{
-  return (bundle){v3_lower(a->low, b->low), v3_upper(a->high, b->high), a->power + b->power, v3_add(a->heading, b->heading)};
-}
-
-/* Cost in the surface area orientation heuristic: power, extent and spread of directions. The spread is that of a cone
- * evenly full of axes, 2 - cosine of its half angle, by the length (1 + cosine) / 2 of their mean. */
-static double cost_of(const bundle *b)
-{
-  const vec3 size = v3_sub(b->high, b->low);
-  return (v3_dot(size, size) + 1e-300) * (3 * b->power - 2 * v3_length(b->heading));
+  const vec3 size = v3_sub(c->high, c->low);
+  const double spread = c->around ? 4 : 2 - c->cos_normals; /* of the order of the cone's solid angle */
+  return c->power * (v3_dot(size, size) + 1e-300) * spread;
 }
 
 typedef struct split {
@@ -97,38 +77,30 @@ typedef struct split {
   double at, cost;
 } split;
 
-/* Sorts emitters into n equal bins along each axis, between the extremes of their centers. */
-static void fill_bins(const light_cluster *emitters, const int32_t *order, size_t count, vec3 low, vec3 high, int n,
-                      bundle bins[3][BINS])
+/* The cheapest of BINS - 1 places along one axis. */
+static void try_axis(const light_cluster *emitters, const int32_t *order, size_t count, int axis, double low, double high,
+                     split *best)
 {
-  double scale[3];
-  for (int axis = 0; axis < 3; axis++) {
-    const double extent = axis_of(high, axis) - axis_of(low, axis);
-    scale[axis] = extent > 0 ? n / extent : 0;
-    for (int i = 0; i < n; i++) bins[axis][i] = NOTHING;
-  }
+  light_cluster bins[BINS], right[BINS];
+  int used[BINS] = {0}, used_right[BINS];
+  const double scale = BINS / (high - low);
   for (size_t i = 0; i < count; i++) {
     const light_cluster *e = &emitters[order[i]];
-    const vec3 from_low = v3_sub(center_of(e), low);
-    const bundle own = bundle_of(e);
-    for (int axis = 0; axis < 3; axis++) {
-      const int bin = (int)(axis_of(from_low, axis) * scale[axis]);
-      bundle *b = &bins[axis][bin < 0 ? 0 : bin >= n ? n - 1 : bin];
-      *b = bundle_join(b, &own);
-    }
+    int bin = (int)((axis_of(center_of(e), axis) - low) * scale);
+    bin = bin < 0 ? 0 : bin >= BINS ? BINS - 1 : bin;
+    bins[bin] = used[bin] ? join(&bins[bin], e) : *e;
+    used[bin] = 1;
   }
-}
-
-/* The cheapest of n - 1 places along one axis. */
-static void try_axis(const bundle *bins, int n, int axis, double low, double high, split *best)
-{
-  bundle right[BINS], left = bins[0];
-  right[n - 1] = bins[n - 1];
-  for (int i = n - 2; i > 0; i--) right[i] = bundle_join(&bins[i], &right[i + 1]);
-  for (int i = 1; i < n; i++) { /* neither side is empty: bin 0 and the last hold the extremes */
-    const double cost = cost_of(&left) + cost_of(&right[i]);
-    if (cost < best->cost) *best = (split){axis, low + i * (high - low) / n, cost};
-    left = bundle_join(&left, &bins[i]);
+  for (int i = BINS - 1; i > 0; i--) {
+    used_right[i] = i == BINS - 1 ? used[i] : used[i] || used_right[i + 1];
+    if (i == BINS - 1 || !used_right[i + 1]) right[i] = bins[i];
+    else right[i] = used[i] ? join(&bins[i], &right[i + 1]) : right[i + 1];
+  }
+  light_cluster left = bins[0];
+  for (int i = 1; i < BINS; i++) { /* bin 0 and the last are never empty: they hold the extremes */
+    const double cost = used_right[i] ? cost_of(&left) + cost_of(&right[i]) : INFINITY;
+    if (cost < best->cost) *best = (split){axis, low + i / scale, cost};
+    if (used[i]) left = join(&left, &bins[i]);
   }
 }
 
@@ -141,14 +113,9 @@ static size_t divide(const light_cluster *emitters, int32_t *order, size_t count
     low = v3_lower(low, c), high = v3_upper(high, c);
   }
   split best = {-1, 0, INFINITY};
-  if (depth < DEPTH_MAX / 2) {
-    const int n = count < BINS ? (int)count : BINS;
-    bundle bins[3][BINS];
-    fill_bins(emitters, order, count, low, high, n, bins);
-    for (int axis = 0; axis < 3; axis++)
-      if (axis_of(high, axis) > axis_of(low, axis))
-        try_axis(bins[axis], n, axis, axis_of(low, axis), axis_of(high, axis), &best);
-  }
+  for (int axis = 0; axis < 3 && depth < DEPTH_MAX / 2; axis++)
+    if (axis_of(high, axis) > axis_of(low, axis))
+      try_axis(emitters, order, count, axis, axis_of(low, axis), axis_of(high, axis), &best);
   if (best.axis < 0) return count / 2;
   size_t left = 0;
   for (size_t i = 0; i < count; i++) {
