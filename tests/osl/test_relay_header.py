@@ -11,8 +11,9 @@ from bentlight_native.exr import write_exr
 
 from blender_addon.cycles import relay_maps
 
-WIDTH, HEIGHT, MARGIN, BAND, PARTS, FINE, SLICES = 11, 7, 2, 4, 2, 6, 3
-FAR, TO_SKY, CELLS_A_ROW = 1e4, 2.0**64, 64
+WIDTH, HEIGHT, MARGIN, BAND, PARTS, SLICES = 11, 7, 2, 4, 2, 3
+FAR, TO_SKY, CELLS_A_ROW, CELL = 1e4, 2.0**64, 64, 8
+TIMES = (3, 5)  # as fine
 COLUMNS, ROWS = WIDTH + 2 * MARGIN, HEIGHT + 2 * MARGIN
 COUNT = 900
 
@@ -32,12 +33,14 @@ class Maps:
             for band in range(math.ceil(ROWS / BAND)):
                 stem = f"{number:02}_{band:04}_"
                 self._write(f"{stem}", (BAND * PARTS, COLUMNS * PARTS))
-                cells = np.full((BAND, COLUMNS, 1), -1.0)
-                chosen = self.random.random((BAND, COLUMNS)) < 0.5 if number != 1 else np.zeros((BAND, COLUMNS), bool)
-                cells[chosen, 0] = np.arange(chosen.sum())
+                times = self.random.choice([0, *TIMES], (BAND, COLUMNS)) if number != 1 else np.zeros((BAND, COLUMNS))
+                cells = np.zeros((BAND, COLUMNS, 1))
+                for finer in np.intersect1d(TIMES, times):
+                    chosen, fine = times == finer, int(finer) * PARTS
+                    cells[chosen, 0] = np.arange(chosen.sum()) * CELL + finer
+                    rows = math.ceil(chosen.sum() / CELLS_A_ROW) * fine
+                    self._write(f"{stem}{int(finer)}x_", (rows, CELLS_A_ROW * fine))
                 self._file(f"{stem}cells", cells)
-                if chosen.any():
-                    self._write(f"{stem}fine_", (math.ceil(chosen.sum() / CELLS_A_ROW) * FINE, CELLS_A_ROW * FINE))
 
     def _write(self, stem: str, shape: tuple[int, int]) -> None:
         direction, kind = self.random.normal(size=(*shape, 3)), self.random.integers(4, size=shape)
@@ -58,9 +61,9 @@ class Maps:
         column, row = math.floor(x), math.floor(y)
         stem = f"{number:02}_{row // BAND:04}_"
         u, v, parts = x, y - row // BAND * BAND, PARTS
-        cell = int(self.files[f"{stem}cells"][row % BAND, column, 0])
-        if cell >= 0:
-            stem, parts = f"{stem}fine_", FINE
+        cell, finer = divmod(int(self.files[f"{stem}cells"][row % BAND, column, 0]), CELL)
+        if finer:
+            stem, parts = f"{stem}{finer}x_", finer * PARTS
             u, v = cell % CELLS_A_ROW + x - column, cell // CELLS_A_ROW + y - row
         at = math.floor(v * parts), math.floor(u * parts)
         direction, place = self.files[f"{stem}direction"][at].astype(float), self.files[f"{stem}place"][at]
@@ -85,14 +88,14 @@ def asked() -> tuple[np.ndarray, list[tuple[int, float, float]]]:
     size = np.array([WIDTH, HEIGHT])
     at = np.float32(random.uniform(-1, size + 1, (4 * COUNT, 2)) / size)
     places = at.astype(float) * size + MARGIN - np.array([shift(n) for n in number])
-    edge = np.abs(places * FINE - np.round(places * FINE)).min(axis=1)  # each border of a part is one of a fine part
-    kept = np.flatnonzero(edge > 1e-3)[:COUNT]
+    fine = places[:, None] * (PARTS * np.array(TIMES)[:, None])  # each border of a part is one of a fine part
+    kept = np.flatnonzero(np.abs(fine - np.round(fine)).min(axis=(1, 2)) > 1e-3)[:COUNT]
     rows = np.column_stack([number, at])[kept]
     return rows, [(int(n), *place) for n, place in zip(number[kept], places[kept], strict=True)]
 
 
 def code(maps: Maps, result: str) -> str:
-    numbers = ", ".join(map(str, (WIDTH, HEIGHT, MARGIN, BAND, PARTS, FINE, FAR)))
+    numbers = ", ".join(map(str, (WIDTH, HEIGHT, MARGIN, BAND, PARTS, FAR)))
     return f"""
     RelayMaps maps = {{"{maps.prefix}", {numbers}}};
     RelayPart part = relay_part(maps, (int)in[0], in[1], in[2]);
@@ -119,8 +122,8 @@ def test_legs_are_those_of_the_part_that_a_place_lies_in(maps, name, tmp_path):
 
 def test_beyond_the_maps_their_edge_is_read(maps, tmp_path):
     """A pixel filter may reach farther than the margin."""
-    columns = np.repeat([-1.0, 0.4, 0.7, 2.0], 4)
-    rows = np.column_stack([np.zeros(16), columns, np.tile([-1.0, 0.45, 0.6, 2.0], 4)])
+    columns = np.repeat([-1.0, 0.41, 0.71, 2.0], 4)
+    rows = np.column_stack([np.zeros(16), columns, np.tile([-1.0, 0.45, 0.61, 2.0], 4)])
     found = shader_values.evaluate(tmp_path, ["relay_maps.h"], code(maps, "direction"), rows)
     limits = np.array([COLUMNS, ROWS])
     half = 0.5 / PARTS
