@@ -173,9 +173,10 @@ def cameras() -> Iterator[float]:
     """The scene's, or one that the viewport has for itself."""
     space = area("VIEW_3D").spaces[0]
     space.region_3d.view_perspective = "CAMERA"
-    space.camera = bpy.data.objects["At Red"]
     for local, expected in ((True, "RB"), (False, "RGB")):
         space.use_local_camera = local
+        if local:  # otherwise Blender would take it for the scene's
+            space.camera = bpy.data.objects["At Red"]
         yield from finished()
         assert colors(seen(f"camera_{expected}")) == expected
 
