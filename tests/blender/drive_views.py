@@ -191,6 +191,9 @@ def sizes() -> Iterator[float]:
         with bpy.context.temp_override(window=window(), area=area("VIEW_3D"), region=region(area("VIEW_3D"))):
             bpy.ops.screen.area_split(direction=direction, factor=0.6)
         yield 1
+        for each in viewports():
+            each.spaces[0].shading.type = "RENDERED"  # Blender makes new ones solid
+        yield 1
         yield from finished()
         assert len(previews()) == 2 and expect_sizes() != before
         for each in viewports():
