@@ -127,7 +127,7 @@ def drive(blender):
 
 
 def test_a_viewport_in_the_true_window(drive, scenes, shared):
-    """Orbit, edits, undo, other engines, memory, what cannot be rendered."""
+    """Orbit, edits that are each drawn, undo, other engines, what cannot be rendered."""
     drive("viewport", scene="/share/good.blend", shared=shared)
 
 

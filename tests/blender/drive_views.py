@@ -173,9 +173,10 @@ def cameras() -> Iterator[float]:
     """The scene's, or one that the viewport has for itself."""
     space = area("VIEW_3D").spaces[0]
     space.region_3d.view_perspective = "CAMERA"
-    space.camera = bpy.data.objects["At Red"]
     for local, expected in ((True, "RB"), (False, "RGB")):
         space.use_local_camera = local
+        if local:  # otherwise Blender would take it for the scene's
+            space.camera = bpy.data.objects["At Red"]
         yield from finished()
         assert colors(seen(f"camera_{expected}")) == expected
 
@@ -189,6 +190,9 @@ def sizes() -> Iterator[float]:
     for direction in ("VERTICAL", "HORIZONTAL"):
         with bpy.context.temp_override(window=window(), area=area("VIEW_3D"), region=region(area("VIEW_3D"))):
             bpy.ops.screen.area_split(direction=direction, factor=0.6)
+        yield 1
+        for each in viewports():
+            each.spaces[0].shading.type = "RENDERED"  # Blender makes new ones solid
         yield 1
         yield from finished()
         assert len(previews()) == 2 and expect_sizes() != before

@@ -75,17 +75,24 @@ class Drawn(NamedTuple):
     wanted: int  # samples
     wish: weakref.ref
     wishes: int  # of which something was drawn so far
+    is_newest: bool  # nothing else was wished for before this was drawn
 
 
 _drawn: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()  # by viewport
+_wished: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()  # the newest wish of each that renders for a viewport
 
 
 def _watch() -> None:
-    """Lets viewports tell from now on what they draw."""
-    viewport = module("viewport").Viewport
+    """Lets viewports tell from now on what they wish for and draw."""
+    viewport, progressive = module("viewport").Viewport, module("progressive").Progressive
     if hasattr(viewport, "watched"):
         return
-    show = viewport.watched = viewport._show
+    show, render = viewport._show, progressive.render
+    viewport.watched = True
+
+    def wished(self, wish) -> None:
+        _wished[self] = weakref.ref(wish)
+        render(self, wish)
 
     def watched(self, *args) -> None:
         show(self, *args)
@@ -93,9 +100,11 @@ def _watch() -> None:
         if made is not None:
             wishes = (old.wishes if old else 0) + (old is None or old.wish() is not made.wish)
             size, wanted = made.pixels.shape[1::-1], made.wish.settings.sample_count
-            _drawn[self] = Drawn(size, made.samples, wanted, weakref.ref(made.wish), wishes)
+            newest = _wished.get(self._progressive)
+            is_newest = newest is None or newest() is made.wish
+            _drawn[self] = Drawn(size, made.samples, wanted, weakref.ref(made.wish), wishes, is_newest)
 
-    viewport._show = watched
+    viewport._show, progressive.render = watched, wished
 
 
 def pictures() -> list[Drawn]:
@@ -109,7 +118,7 @@ def finished(seconds: float = 30.0) -> Iterator[float]:
     pictures()
     yield 0.3
     until = time.monotonic() + seconds
-    while not pictures() or any(drawn.samples < drawn.wanted for drawn in pictures()):
+    while not pictures() or not all(drawn.is_newest and drawn.samples >= drawn.wanted for drawn in pictures()):
         assert time.monotonic() < until, f"no viewport shows its last sample: {pictures()}"
         yield 0.1
     yield 0.1

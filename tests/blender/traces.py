@@ -11,14 +11,18 @@ _OF_BLENDER = ("config/", "extensions/.cache", "extensions/user_default/.blender
 
 
 def in_blender() -> set[str]:
-    """Classes, properties, handlers, menu entries, preset folders and threads, each by a name."""
+    """Classes, properties, handlers, menu entries, preset folders and threads, each by a name.
+
+    Presets that the user has made are the user's: `files` tells of those.
+    """
+    presets = bpy.utils.user_resource("SCRIPTS", path="presets")
     return {
         *(f"class {name}" for name in dir(bpy.types)),
         *(f"class {cls.__name__}" for cls in _python_classes(bpy.types.bpy_struct)),
         *(f"property {name}" for name in _properties()),
         *(f"handler {name}" for name in _handlers()),
         *(f"entry {name}" for name in _menu_entries()),
-        *(f"presets {path}" for path in bpy.utils.preset_paths(_NAME)),
+        *(f"presets {path}" for path in bpy.utils.preset_paths(_NAME) if not path.startswith(presets)),
         *(f"thread {thread.name}" for thread in threading.enumerate()),
     }
 
