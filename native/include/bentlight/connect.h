@@ -82,8 +82,8 @@ typedef struct bent_connections {
  * Kerr: Newton's method for launch direction and Mino time, from the orbit without spin between corresponding places;
  * the trials integrate the ray and its deviations by Taylor series. An image counts as found when the final trial, at
  * full precision, comes to b but for the tolerance. Newton's next step is still taken, to first order: `error` is what
- * that leaves and what truncation and rounding may add. About 8 times the time of an image pair without spin, 9 times
- * where points come near the horizon. */
+ * that leaves and what truncation and rounding may add. About 8 times the time of an image pair without spin, 9 to
+ * 10 times where points come near the horizon. */
 bent_status bent_connect(const bent_spacetime *spacetime, size_t n, const double (*points_a)[3],
                          const double (*points_b)[3], size_t max_images, double min_share, double tolerance,
                          const bent_connections *out, bent_connection_count *count, bent_progress *progress,
