@@ -5,8 +5,8 @@ fine" if all went well. A step is what comes before a `yield` of the seconds tha
 """
 
 import math
+import os
 import sys
-import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,13 +14,7 @@ from pathlib import Path
 import bpy
 
 sys.path.insert(0, str(Path(__file__).parent))
-from driving import area, finished, pictures, run, shot, window
-
-
-def previews() -> list:
-    """The pictures that running viewports have made."""
-    progressive = sys.modules["bl_ext.user_default.bentlight.progressive"]
-    return [thread for thread in threading.enumerate() if thread.name == progressive.THREAD_NAME]
+from driving import area, finished, pictures, previews, run, shot, window
 
 
 def cube() -> bpy.types.Object:
@@ -30,6 +24,11 @@ def cube() -> bpy.types.Object:
 
 def hole() -> bpy.types.Object:
     return next(obj for obj in bpy.context.scene.objects if obj.bentlight.kind == "BLACK_HOLE")
+
+
+def memory() -> float:
+    """Resident, in MB."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE") / 1e6
 
 
 def look(angle: float) -> None:
@@ -69,7 +68,10 @@ def steps() -> Iterator[float]:
         bpy.context.scene.render.engine = engine
         yield 0.7
     assert len(previews()) == 1, "a viewport that is gone still renders"
-    yield from edits(40)
+    yield from edits(30)
+    before = memory()
+    yield from edits(100)
+    assert memory() - before < 30, "memory grows"
     bpy.context.scene.camera.location = hole().location  # an error is shown, and nothing hangs
     view.view_perspective = "CAMERA"
     yield 1
