@@ -7,17 +7,16 @@ seen. Transparent shaders show what is behind that crossing.
 
 from __future__ import annotations
 
-import hashlib
 from typing import Any
 
 import bpy
 
 from ..sync.disk_program import MATERIAL_ATTRIBUTES
 from ..sync.material import node_tree
-from . import node_copy, shaders
+from . import lens_sky, node_copy, shaders
 
 _CROSSINGS = 4  # as in disk_light.h
-_KEY = "bentlight_disk"  # fingerprint of what a lens shows
+_KEY = "bentlight_disk"  # fingerprint of what a lens shows, and the mark of the nodes that show it
 _LIGHT = {"ShaderNodeEmission", "ShaderNodeMixShader", "ShaderNodeAddShader", "ShaderNodeGroup", "NodeReroute"}
 _REPLACED = {"ShaderNodeBsdfTransparent", "ShaderNodeBsdfPrincipled"}
 _OUTPUTS = {
@@ -32,12 +31,12 @@ SOCKETS = {f"{name}{i}": "NodeSocketVector" for i in range(1, _CROSSINGS + 1) fo
 def update(lens: bpy.types.Material, wanted: bpy.types.Material | None) -> None:
     """Makes the material of a lens show a disk's; `None`: none. Changes nothing if it does already."""
     data = node_copy.describe(node_tree(wanted)) if wanted else None
-    key = hashlib.sha256(repr((data, shaders.key())).encode()).hexdigest() if data else ""
+    key = shaders.digest(data) if data else ""
     if lens.get(_KEY, "") == key:
         return
     clear(lens)
     nodes = lens.node_tree.nodes
-    seen = next(node for node in nodes if node.bl_idname == "ShaderNodeScript").outputs["BSDF"]
+    seen = lens_sky.seen(lens)
     if data:
         group = _group(lens.name, data, node_tree(wanted).get_output_node("CYCLES"))
         for crossing in range(_CROSSINGS, 0, -1):
@@ -50,8 +49,9 @@ def update(lens: bpy.types.Material, wanted: bpy.types.Material | None) -> None:
 def clear(lens: bpy.types.Material) -> None:
     """Takes the nodes of a disk out again."""
     nodes = lens.node_tree.nodes
-    groups = {node.node_tree for node in nodes if node.bl_idname == "ShaderNodeGroup"}
-    for node in [node for node in nodes if node.bl_idname in {"ShaderNodeGroup", "ShaderNodeSeparateXYZ"}]:
+    added = [node for node in nodes if _KEY in node]
+    groups = {node.node_tree for node in added if node.bl_idname == "ShaderNodeGroup"}
+    for node in added:
         nodes.remove(node)
     for group in groups:
         if group:
@@ -76,10 +76,11 @@ def _layer(
     """Adds what is seen at one crossing in front of what is behind it."""
     script = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeScript")
     layer = tree.nodes.new("ShaderNodeGroup")
-    layer.node_tree = group
+    layer.node_tree, layer[_KEY] = group, ""
     tree.links.new(behind, layer.inputs["behind"])
     for name, parts in _OUTPUTS.items():
         separate = tree.nodes.new("ShaderNodeSeparateXYZ")
+        separate[_KEY] = ""
         tree.links.new(script.outputs[f"{name}{crossing}"], separate.inputs[0])
         for output, part in zip(separate.outputs, parts, strict=True):
             if part:
@@ -115,37 +116,23 @@ def _adapt(tree: bpy.types.NodeTree, node: bpy.types.Node, given: bpy.types.Node
             one.outputs[0].default_value = 1.0
             for output in node.outputs:
                 known = one.outputs[0] if output.name == "Alpha" else given.outputs[node.attribute_name]
-                _take_over(tree, output, known)
+                node_copy.take_over(tree, output, known)
             tree.nodes.remove(node)
     elif node.bl_idname == "ShaderNodeBsdfTransparent":
-        tint = tree.nodes.new("ShaderNodeScript")
         inputs = {"Behind": ("NodeSocketShader", None), "Color": ("NodeSocketColor", None)}
-        shaders.fill_node(tint, shaders.compiled("tint"), inputs)
+        tint = shaders.new_node(tree, "tint", inputs)
         tree.links.new(given.outputs["behind"], tint.inputs["Behind"])
-        _hand_over(tree, node.inputs["Color"], tint.inputs["Color"])
-        _take_over(tree, node.outputs[0], tint.outputs["BSDF"])
+        node_copy.hand_over(tree, node.inputs["Color"], tint.inputs["Color"])
+        node_copy.take_over(tree, node.outputs[0], tint.outputs["BSDF"])
         tree.nodes.remove(node)
     elif node.bl_idname == "ShaderNodeBsdfPrincipled":
         emission, mix = tree.nodes.new("ShaderNodeEmission"), tree.nodes.new("ShaderNodeMixShader")
-        _hand_over(tree, node.inputs["Emission Color"], emission.inputs["Color"])
-        _hand_over(tree, node.inputs["Emission Strength"], emission.inputs["Strength"])
-        _hand_over(tree, node.inputs["Alpha"], mix.inputs["Fac"])
+        node_copy.hand_over(tree, node.inputs["Emission Color"], emission.inputs["Color"])
+        node_copy.hand_over(tree, node.inputs["Emission Strength"], emission.inputs["Strength"])
+        node_copy.hand_over(tree, node.inputs["Alpha"], mix.inputs["Fac"])
         tree.links.new(given.outputs["behind"], mix.inputs[1])
         tree.links.new(emission.outputs[0], mix.inputs[2])
-        _take_over(tree, node.outputs[0], mix.outputs[0])
+        node_copy.take_over(tree, node.outputs[0], mix.outputs[0])
         tree.nodes.remove(node)
     elif node.bl_idname == "ShaderNodeOutputMaterial" or _is_lost(node):
         tree.nodes.remove(node)
-
-
-def _take_over(tree: bpy.types.NodeTree, old: bpy.types.NodeSocket, new: bpy.types.NodeSocket) -> None:
-    """What one output led to, another does."""
-    for target in [link.to_socket for link in old.links]:
-        tree.links.new(new, target)
-
-
-def _hand_over(tree: bpy.types.NodeTree, old: bpy.types.NodeSocket, new: bpy.types.NodeSocket) -> None:
-    """What one input got, another gets."""
-    new.default_value = old.default_value
-    if old.is_linked:
-        tree.links.new(old.links[0].from_socket, new)

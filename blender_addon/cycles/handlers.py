@@ -8,7 +8,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..report import RenderError, told
-from . import disk, failures, setup, tables
+from . import disk, failures, setup, sky_images, tables
 
 log = logging.getLogger(__name__)
 
@@ -64,6 +64,7 @@ def _on_load(_path: str) -> None:
 def _before_render(scene: bpy.types.Scene, *_unused: object) -> None:
     if setup.is_set_up(scene) and scene.render.engine == "CYCLES":
         disk.forget_images()
+        sky_images.forget()
         _refresh(scene, scene.view_layers[0].depsgraph or bpy.context.evaluated_depsgraph_get())
 
 

@@ -9,12 +9,13 @@ import numpy as np
 
 from ..sync import spacetime
 from ..sync.scene_data import SpacetimeData
-from . import disk_material, shaders, tables
+from . import disk_material, lens_sky, shaders, tables
 
 _SUBDIVISIONS = 5
 _NAME = "Bentlight Lens"
 _CHARTS = {"ISOTROPIC": 0, "OBLATE": 1}
 _WORMHOLE = 2
+_SOCKETS = disk_material.SOCKETS | lens_sky.SOCKETS
 
 
 def find(scene: bpy.types.Scene) -> dict[str, bpy.types.Object]:
@@ -34,7 +35,7 @@ def build(hole: bpy.types.Object) -> bpy.types.Object:
     lens.parent = hole
     lens.display_type, lens.display_bounds_type = "BOUNDS", "SPHERE"  # its fine mesh would be a black ball as wires
     lens.hide_select = True
-    lens.data.materials.append(shaders.new_material(lens.name, "lens", disk_material.SOCKETS))
+    lens.data.materials.append(shaders.new_material(lens.name, "lens", _SOCKETS))
     for collection in hole.users_collection:
         collection.objects.link(lens)
     return lens
@@ -55,6 +56,7 @@ def remove(lens: bpy.types.Object) -> None:
     """With its mesh and its material."""
     for material in filter(None, lens.data.materials):
         disk_material.clear(material)
+        lens_sky.clear(material)
     shaders.remove(lens)
 
 
@@ -80,7 +82,7 @@ def update(
     if lens.matrix_basis != scale:
         lens.matrix_basis = scale
     inputs = _inputs(item, radius, far, _reach(lens.data), light | {"SoftEdge": ("NodeSocketFloat", soft_edge)})
-    shaders.fill(lens.data.materials[0], "lens", inputs, disk_material.SOCKETS)
+    shaders.fill(lens.data.materials[0], "lens", inputs, _SOCKETS)
 
 
 def _reach(mesh: bpy.types.Mesh) -> float:

@@ -117,3 +117,16 @@ def _set_curves(mapping: bpy.types.CurveMapping, wanted: list) -> None:
         for point, (location, handle) in zip(curve.points, points, strict=True):
             point.location, point.handle_type = location, handle
     mapping.update()
+
+
+def take_over(tree: bpy.types.NodeTree, old: bpy.types.NodeSocket, new: bpy.types.NodeSocket) -> None:
+    """What one output led to, another does."""
+    for target in [link.to_socket for link in old.links]:
+        tree.links.new(new, target)
+
+
+def hand_over(tree: bpy.types.NodeTree, old: bpy.types.NodeSocket, new: bpy.types.NodeSocket) -> None:
+    """What one input got, another gets."""
+    new.default_value = old.default_value
+    if old.is_linked:
+        tree.links.new(old.links[0].from_socket, new)

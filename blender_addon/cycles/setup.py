@@ -10,7 +10,7 @@ import bpy
 from ..report import RenderError, told
 from ..sync import spacetime
 from ..sync.scene_data import SpacetimeData
-from . import disk, disk_material, lens, radius, stars, tables
+from . import disk, disk_material, lens, lens_sky, radius, stars, tables
 
 
 def is_set_up(scene: bpy.types.Scene) -> bool:
@@ -184,14 +184,17 @@ def update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
             shown.add(name)
     spacetime.check(items)
     found = {item.name: (item, used) for item, used in zip(items, spacetime.influence_radii(items), strict=True)}
+    sky = lens_sky.read(scene, depsgraph)
     for name, (item, used) in found.items():
         if not math.isfinite(used):
             raise RenderError("'{}' has no lens radius: press Use in Cycles", name)
         hole = lenses[name].parent.evaluated_get(depsgraph)
         light = disk.sockets(hole, item, scene.frame_current_final)
         light["Gravitational"] = ("NodeSocketFloat", scene.bentlight.gravitational)
+        light["SkyFilter"] = ("NodeSocketFloat", lens_sky.pixels(scene) if sky else 0.0)
         lens.update(
             lenses[name], item, used, found.get(item.exit) if item.exit else None, light, radius.soft_edge(hole)
         )
+        lens_sky.update(lenses[name].data.materials[0], sky)
         own = disk.material(hole)
         disk_material.update(lenses[name].data.materials[0], own and own.evaluated_get(depsgraph))

@@ -59,6 +59,11 @@ def compiled(name: str) -> Shader:
 Socket = tuple[str, object]  # type and value
 
 
+def digest(shown: object) -> str:
+    """Fingerprint of what nodes show, with that of the shaders that do."""
+    return hashlib.sha256(repr((shown, key())).encode()).hexdigest()
+
+
 def new_material(name: str, shader: str, outputs: dict[str, str] | None = None) -> bpy.types.Material:
     """A material that is the shader osl/<shader>.osl; `outputs` as in fill_node."""
     material = bpy.data.materials.new(name)
@@ -80,6 +85,15 @@ def fill(
     """Gives a material of new_material its parameters, and the shader if it has another version."""
     node = next(node for node in material.node_tree.nodes if node.bl_idname == "ShaderNodeScript")
     fill_node(node, compiled(shader), inputs, outputs)
+
+
+def new_node(
+    tree: bpy.types.NodeTree, shader: str, inputs: dict[str, Socket], outputs: dict[str, str] | None = None
+) -> bpy.types.ShaderNodeScript:
+    """A script node that is the shader osl/<shader>.osl; `inputs`, `outputs` as in fill_node."""
+    node = tree.nodes.new("ShaderNodeScript")
+    fill_node(node, compiled(shader), inputs, outputs)
+    return node
 
 
 def remove(obj: bpy.types.Object) -> None:

@@ -34,7 +34,7 @@ def update(scene: bpy.types.Scene) -> None:
     if world is None or world.bentlight.stars == "OFF" or node_tree(world) is None:
         remove(scene)
         return
-    node, key = _find(world.node_tree) or _add(world.node_tree), _key(world)
+    node, key = find(world.node_tree) or _add(world.node_tree), _key(world)
     if node is None:
         return
     if node[STARS_MARK] != key or not Path(_value(node, "Cells", "")).is_file():
@@ -48,7 +48,7 @@ def update(scene: bpy.types.Scene) -> None:
 def remove(scene: bpy.types.Scene) -> None:
     """Takes the shader out of the world again."""
     tree = scene.world.node_tree if scene.world else None
-    node = _find(tree) if tree else None
+    node = find(tree) if tree else None
     if node is None:
         return
     for link in list(node.outputs["BSDF"].links):
@@ -67,12 +67,18 @@ def warnings(scene: bpy.types.Scene) -> list[str]:
         return []
     if node_tree(world) is None:
         return [told("World '{}' uses no nodes: its stars are not seen in Cycles", world.name)]
-    if _find(world.node_tree) is None:
+    if find(world.node_tree) is None:
         return [told("World '{}' shows nothing to which stars could be added", world.name)]
     return []
 
 
-def _find(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
+def told_shader(node: bpy.types.Node) -> dict[str, shaders.Socket]:
+    """What another node that shows the same stars is to be told."""
+    return {socket.name: (socket.bl_idname, socket.default_value) for socket in node.inputs}
+
+
+def find(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
+    """The node that shows stars, if there is one."""
     return next((node for node in tree.nodes if STARS_MARK in node), None)
 
 

@@ -105,7 +105,7 @@ def test_stars_follow_the_world(scene, tmp_path):
     add_stars(scene)
     before = world_state(scene)
     bpy.ops.bentlight.cycles_setup()
-    node = stars._find(scene.world.node_tree)
+    node = stars.find(scene.world.node_tree)
     first = node.inputs["Cells"].default_value
     scene.world.bentlight.star_seed += 1
     depsgraph = bpy.context.evaluated_depsgraph_get()

@@ -1,0 +1,265 @@
+"""Images of the sky as lenses filter them: footprints against the picture's own differences, noise and light against
+pictures without the filter, and what is left as it is."""
+
+import bpy
+import numpy as np
+import objects
+import pytest
+import rendering
+from bentlight_native.exr import write_exr
+from test_lens_pictures import SPACES, add_spacetime
+
+from blender_addon.cycles import lens, lens_sky, setup, shaders
+
+SIZE = (96, 56)
+_MEASURE = """
+shader measure(vector Vector = 0, float Sky = 0, int Squares = 0, output closure color BSDF = 0)
+{
+  vector x = Dx(Vector), y = Dy(Vector);
+  if (Sky > 0) BSDF = emission() * (Squares ? color(dot(x, x), dot(y, y), dot(x, y) + 1) : color(Vector) + 2);
+}
+"""
+
+
+def sky_file(folder, pixels):
+    """An image of (height, width, 3), rows from the bottom."""
+    write_exr(folder / "sky.exr", {c: pixels[::-1, :, i].astype(np.float32) for i, c in enumerate("RGB")}, {})
+    return bpy.data.images.load(str(folder / "sky.exr"))
+
+
+def points(count=3000, height=512):
+    """White texels on black."""
+    rng, pixels = np.random.default_rng(3), np.zeros((height, 2 * height, 3))
+    row = ((np.arcsin(rng.uniform(-1, 1, count)) / np.pi + 0.5) * height).astype(int)
+    pixels[row, rng.integers(0, 2 * height, count)] = 1
+    return pixels
+
+
+def smooth(height=256):
+    """Of several colors, with details of many texels."""
+    latitude, longitude = np.meshgrid(
+        (np.arange(height) + 0.5) / height * np.pi, (np.arange(2 * height) + 0.5) / height * np.pi, indexing="ij"
+    )
+    waves = [np.sin(3 * longitude) * np.sin(latitude) ** 3, np.cos(5 * latitude), np.cos(2 * longitude + latitude)]
+    waves[2] *= np.sin(latitude) ** 2
+    return 0.5 + 0.4 * np.stack(waves, axis=-1)
+
+
+def show(scene, image):
+    """The world shows an image; returns its node."""
+    tree = scene.world.node_tree
+    node = tree.nodes.new("ShaderNodeTexEnvironment")
+    node.image = image
+    tree.links.new(node.outputs["Color"], tree.nodes["Background"].inputs["Color"])
+    tree.nodes["Background"].inputs["Strength"].default_value = 1
+    return node
+
+
+def hole_before(scene, image, kind="isotropic"):
+    """A hole before a sky, set up for small pictures."""
+    node = show(scene, image)
+    objects.camera((0.3, -8, 1.3), (0, 0, 0), lens_mm=60)
+    add_spacetime(kind)
+    rendering.set_size(scene, *SIZE)
+    assert bpy.ops.bentlight.cycles_setup() == {"FINISHED"}
+    return node
+
+
+def picture(scene, sky_filter, seed=0, samples=16):
+    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 1.0
+    scene.bentlight.sky_filter = sky_filter
+    scene.cycles.samples = samples
+    setup.update(scene, bpy.context.evaluated_depsgraph_get())
+    return rendering.render(scene, "CYCLES", seed, samples)
+
+
+def material(scene):
+    return lens.all_of(scene)[0].data.materials[0]
+
+
+def is_filtered(scene):
+    setup.update(scene, bpy.context.evaluated_depsgraph_get())
+    return lens_sky.seen(material(scene)).node.bl_idname == "ShaderNodeAddShader"
+
+
+def measured(scene, folder, squares):
+    """What the lens tells of each pixel's direction in the sky, in its middle: its derivatives' products, or itself."""
+    import _cycles  # there once bpy is
+
+    (folder / "measure.osl").write_text(_MEASURE)
+    assert _cycles.osl_compile(str(folder / "measure.osl"), str(folder / "measure.oso"))
+    tree = material(scene).node_tree
+    script = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeScript")
+    node = tree.nodes.new("ShaderNodeScript")
+    inputs = {
+        "Vector": ("NodeSocketVector", None),
+        "Sky": ("NodeSocketFloat", None),
+        "Squares": ("NodeSocketInt", squares),
+    }
+    shaders.fill_node(node, shaders.Shader((folder / "measure.oso").read_text(), f"measure {squares}"), inputs)
+    tree.links.new(script.outputs["Toward"], node.inputs["Vector"])
+    tree.links.new(script.outputs["Sky"], node.inputs["Sky"])
+    output = tree.get_output_node("CYCLES").inputs["Surface"]
+    before = output.links[0].from_socket
+    tree.links.new(node.outputs["BSDF"], output)
+    shown = rendering.render(scene, "CYCLES", 0, 1)
+    tree.links.new(before, output)
+    tree.nodes.remove(node)
+    return shown
+
+
+@pytest.mark.parametrize("kind", SPACES)
+def test_footprints_are_the_differences_of_neighboring_pixels(kind, scene, tmp_path):
+    """The ellipse of directions over a pixel, by the lens, from an eighth of it, and by differences of the picture itself
+    where these hardly change from one pixel to the next. What is left is how the map bends across a pixel."""
+    hole_before(scene, sky_file(tmp_path, points()), kind)
+    rendering.set_size(scene, 288, 168)
+    scene.cycles.samples, scene.bentlight.sky_filter = 1, 0.125
+    setup.update(scene, bpy.context.evaluated_depsgraph_get())
+    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 0.01
+    squares, toward = measured(scene, tmp_path, 1), measured(scene, tmp_path, 0) - 2
+    known = np.abs(toward + 2).max(axis=-1) > 0
+    inner = known[1:-1, 1:-1] & known[2:, 1:-1] & known[:-2, 1:-1] & known[1:-1, 2:] & known[1:-1, :-2]
+    x, y = (toward[1:-1, 2:] - toward[1:-1, :-2]) / 2, (toward[2:, 1:-1] - toward[:-2, 1:-1]) / 2
+    bend_x = np.linalg.norm(toward[1:-1, 2:] + toward[1:-1, :-2] - 2 * toward[1:-1, 1:-1], axis=-1)
+    bend_y = np.linalg.norm(toward[2:, 1:-1] + toward[:-2, 1:-1] - 2 * toward[1:-1, 1:-1], axis=-1)
+    sum_seen, product_seen = (x * x + y * y).sum(-1), (x * x).sum(-1) * (y * y).sum(-1) - (x * y).sum(-1) ** 2
+    xx, yy, xy = np.moveaxis((squares[1:-1, 1:-1] - (0, 0, 1)) * 64, -1, 0)
+    even = inner & (np.maximum(bend_x, bend_y) < 0.02 * np.sqrt(sum_seen))
+    assert even.sum() > 2000
+    # axes' squares by sum and product; frames differ, what is the same in all of them does not
+    ratio = (xx + yy)[even] / sum_seen[even]
+    area = np.sqrt(np.maximum(xx * yy - xy**2, 0)[even] / product_seen[even])
+    assert np.abs(np.median(ratio) - 1) < 0.02 and np.abs(np.median(area) - 1) < 0.04
+    assert np.quantile(np.abs(ratio - 1), 0.9) < 0.1
+
+
+@pytest.mark.parametrize("kind", ["isotropic", "kerr"])
+def test_points_make_less_noise_and_as_much_light(kind, scene, tmp_path):
+    """Texels smaller than pixels before a hole: the filter takes most of the noise, and its pictures are as near to the
+    picture of many samples as their noise and what it smooths let them be."""
+    hole_before(scene, sky_file(tmp_path, points()), kind)
+    noise, light = {}, {}
+    for sky_filter in (0.0, 1.0):
+        pictures = np.stack([picture(scene, sky_filter, seed)[..., 0] for seed in range(4)])
+        noise[sky_filter] = pictures.var(axis=0, ddof=1).mean()
+        light[sky_filter] = pictures.sum(axis=(1, 2))
+    assert noise[1.0] < noise[0.0] / 4
+    truth = picture(scene, 0.0, 9, 1024)[..., 0]
+    error = np.sqrt(light[1.0].var(ddof=1) / 4) / truth.sum()
+    # the filter's own share: see docs/limits.md
+    assert abs(light[1.0].mean() / truth.sum() - 1) < 4 * error + 0.01
+    assert error < 0.01
+    assert ((picture(scene, 1.0, 5)[..., 0] - truth) ** 2).mean() < 1.5 * noise[1.0]
+
+
+def turn(scene, node):
+    """Puts a Mapping node before an Environment Texture."""
+    tree = scene.world.node_tree
+    coordinate, mapping = tree.nodes.new("ShaderNodeTexCoord"), tree.nodes.new("ShaderNodeMapping")
+    mapping.inputs["Rotation"].default_value = (0.4, -0.7, 1.1)
+    tree.links.new(coordinate.outputs["Generated"], mapping.inputs["Vector"])
+    tree.links.new(mapping.outputs["Vector"], node.inputs["Vector"])
+
+
+@pytest.mark.parametrize("kind", SPACES)
+@pytest.mark.parametrize("how", ["plain", "turned", "stars", "wall"])
+def test_smooth_skies_look_the_same(kind, how, scene, tmp_path):
+    """Details wide enough for the filter to change nothing: all else that the world has, and meshes, stay as they are."""
+    if how == "stars":
+        settings = scene.world.bentlight
+        settings.stars, settings.star_count, settings.star_strength = "PROCEDURAL", 300, 30
+    node = hole_before(scene, sky_file(tmp_path, smooth()), kind)
+    if how == "turned":
+        turn(scene, node)
+        scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.7
+    if how == "wall":
+        objects.quad("Wall", (-6, 5, -6), (7, 0, 0), (0, 0, 12), objects.emissive("Light", (0.2, 0.5, 0.9)))
+    pictures = [[picture(scene, sky_filter, seed) for seed in (1, 2, 3, 4)] for sky_filter in (0.0, 1.0)]
+    without, with_it = (np.mean(each, axis=0) for each in pictures)
+    spread = np.stack([np.var(each, axis=0, ddof=1) for each in pictures]).sum(axis=0) / 4
+    score = (with_it - without).sum((0, 1)) / np.sqrt(spread.sum((0, 1)))
+    assert np.abs(with_it.mean() / without.mean() - 1) < 2e-3 or np.abs(score).max() < 4
+    # no place is another color: blocks of 8 x 8 pixels
+    blocks = (with_it - without).reshape(7, 8, 12, 8, 3).mean((1, 3))
+    assert np.abs(blocks).max() < 0.03
+
+
+def test_bytes_on_the_srgb_curve(scene, tmp_path):
+    """A file of 8 bits is filtered in linear colors."""
+    image = bpy.data.images.new("Bytes", 64, 32)
+    rng = np.random.default_rng(1)
+    codes = np.repeat(rng.integers(0, 2, (32, 64, 1)), 4, axis=-1).astype(np.float32)
+    codes[..., 3] = 1
+    image.pixels.foreach_set(codes.ravel())
+    image.filepath_raw, image.file_format = str(tmp_path / "bytes.png"), "PNG"
+    image.save()
+    hole_before(scene, bpy.data.images.load(image.filepath_raw))
+    objects.camera((0.3, -8, 1.3), (0, 0, 0), lens_mm=12)
+    rendering.set_size(scene, 24, 16)
+    with_it = np.stack([picture(scene, 1.0, seed, 4) for seed in range(6)])
+    without = np.stack([picture(scene, 0.0, seed, 256) for seed in range(2)])
+    error = with_it.mean((1, 2, 3)).std(ddof=1) / np.sqrt(6)
+    assert abs(with_it.mean() - without.mean()) < 5 * error + 0.01 * without.mean()
+
+
+def test_what_is_not_filtered(scene, tmp_path):
+    """Where a material could not show what the world does, or nobody asks, rays leave a lens as ever."""
+    node = hole_before(scene, sky_file(tmp_path, points(10, 64)))
+    tree = scene.world.node_tree
+    assert is_filtered(scene)
+    for owner, name, value in (
+        (scene.bentlight, "sky_filter", 0.0),
+        (scene.render, "film_transparent", True),
+        (scene.world.cycles_visibility, "camera", False),
+        (node, "projection", "MIRROR_BALL"),
+        (node, "image", None),
+    ):
+        before = getattr(owner, name)
+        setattr(owner, name, value)
+        assert not is_filtered(scene), name
+        setattr(owner, name, before)
+        assert is_filtered(scene), name
+    volume = tree.nodes.new("ShaderNodeVolumeScatter")
+    tree.links.new(volume.outputs[0], tree.get_output_node("CYCLES").inputs["Volume"])
+    assert not is_filtered(scene)
+    tree.nodes.remove(volume)
+    assert is_filtered(scene)
+    geometry = tree.nodes.new("ShaderNodeNewGeometry")
+    tree.links.new(geometry.outputs["Position"], node.inputs["Vector"])
+    assert not is_filtered(scene)
+
+
+def test_transparent_films_show_a_hole_as_ever(scene, tmp_path):
+    hole_before(scene, sky_file(tmp_path, points(10, 64)))
+    scene.render.film_transparent = True
+    assert picture(scene, 1.0).max() == 0
+
+
+def test_nodes_come_and_go(scene, tmp_path):
+    """With a disk's own material too; nothing is left behind."""
+    hole_before(scene, sky_file(tmp_path, points(10, 64)), "kerr")
+    hole = lens.all_of(scene)[0].parent
+    disk = bpy.data.materials.new("Disk")
+    disk.use_nodes = True
+    hole.bentlight.disk.enable, hole.bentlight.disk.emission = True, "MATERIAL"
+    hole.bentlight.disk.material = disk
+
+    def state(sky_filter):
+        scene.bentlight.sky_filter = sky_filter
+        setup.update(scene, bpy.context.evaluated_depsgraph_get())
+        tree = material(scene).node_tree
+        links = sorted(
+            (a.from_node.bl_idname, a.from_socket.name, a.to_node.bl_idname, a.to_socket.name) for a in tree.links
+        )
+        return links, len(tree.nodes), len(bpy.data.node_groups)
+
+    without, with_it = state(0.0), state(1.0)
+    assert with_it[1:] == (without[1] + 2, without[2] + 1)
+    assert state(0.0) == without and state(1.0) == with_it
+    hole.bentlight.disk.emission = "PAGE_THORNE"
+    assert state(1.0)[1:] == (4, 1)
+    hole.bentlight.disk.emission = "MATERIAL"
+    assert state(1.0) == with_it
+    bpy.ops.bentlight.cycles_clear()
+    assert len(bpy.data.node_groups) == 0
