@@ -59,7 +59,7 @@ def resident() -> float:
 
 
 def bounded(name: str, memory: list[float], growth: float) -> None:
-    print(f"{name}, in MiB:", *(f"{value:.2f}" for value in memory))
+    print(f"{name}, in MiB:", *(f"{value:.2f}" for value in memory), flush=True)
     settled = memory[SETTLED // EACH :]
     grown = median(settled[-COMPARED:]) - median(settled[:COMPARED])
     assert grown < growth, f"{name} grows by {grown:.2f} MiB"
