@@ -30,7 +30,7 @@ def blender(shared):
 
     def run(*arguments, command="blender", shared=shared):
         command = [HERE / "in_tree.sh", tree, shared, command, *arguments]
-        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=300)
+        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=600)
         return done.returncode, done.stdout
 
     return run
@@ -110,14 +110,13 @@ def test_bad_scene_fails_with_its_reason(blender, scenes, shared):
 def drive(blender):
     """A function that runs a driver in the true window; screenshots are left in output/window."""
 
-    def run(name, *arguments, scene=None, shared):
+    def run(name, *arguments, options=(), environment=(), shared):
         pictures = shared / "window"
         pictures.mkdir(exist_ok=True)
-        for source in (HERE / "window.sh", *HERE.glob("*.py")):
+        for source in (HERE / "window.sh", HERE.parent / "native" / "heap.py", *HERE.glob("*.py")):
             shutil.copy(source, shared)
-        scene = [scene] if scene else []
         driver = ("--python", f"/share/drive_{name}.py", "--", "/share/window", *arguments)
-        code, output = blender(*scene, *driver, command="/share/window.sh", shared=shared)
+        code, output = blender(*environment, "/share/window.sh", *options, *driver, command="env", shared=shared)
         shutil.copytree(pictures, ROOT / "output" / "window", dirs_exist_ok=True)
         assert code == 0, output
         assert "Traceback" not in output and "rna_uiItem" not in output, output
@@ -128,7 +127,13 @@ def drive(blender):
 
 def test_a_viewport_in_the_true_window(drive, scenes, shared):
     """Orbit, edits that are each drawn, undo, other engines, what cannot be rendered."""
-    drive("viewport", scene="/share/good.blend", shared=shared)
+    drive("viewport", options=["/share/good.blend"], shared=shared)
+
+
+def test_memory_over_a_thousand_edits_in_the_true_window(drive, scenes, shared):
+    """Of which each is drawn: in a small window, so that it does not take long."""
+    options = ["/share/good.blend", "--window-geometry", "0", "0", "640", "480"]
+    drive("memory", options=options, environment=["LD_PRELOAD=libstdc++.so.6:libc.so.6"], shared=shared)
 
 
 def test_what_a_viewport_is_to_show_in_the_true_window(drive, scenes, shared):
@@ -138,7 +143,7 @@ def test_what_a_viewport_is_to_show_in_the_true_window(drive, scenes, shared):
 
 def test_files_are_loaded_while_the_true_window_renders(drive, scenes, shared):
     """By a viewport, and by F12: nothing goes on afterwards, and all works again."""
-    drive("loading", scene="/share/good.blend", shared=shared)
+    drive("loading", options=["/share/good.blend"], shared=shared)
 
 
 def test_every_panel_and_the_overlay_in_the_true_window(drive, scenes, shared):

@@ -56,6 +56,16 @@ def read(path: Path) -> np.ndarray:
     return pixels
 
 
+def cube() -> bpy.types.Object:
+    """That of good.blend, as `make_scenes.py` writes it. Looked up each time: undoing makes all objects anew."""
+    return next(obj for obj in bpy.context.scene.objects if obj.type == "MESH")
+
+
+def hole() -> bpy.types.Object:
+    """As well."""
+    return next(obj for obj in bpy.context.scene.objects if obj.bentlight.kind == "BLACK_HOLE")
+
+
 def module(name: str) -> ModuleType:
     """One of the extension's."""
     return sys.modules[f"bl_ext.user_default.bentlight.{name}"]
@@ -111,6 +121,16 @@ def pictures() -> list[Drawn]:
     """What the living viewports have drawn last."""
     _watch()
     return list(_drawn.values())
+
+
+def edited(edit: Callable[[], None], seconds: float = 10.0) -> Iterator[float]:
+    """Makes an edit, and waits until the only viewport has drawn something of the scene as it is now."""
+    (old,) = pictures()
+    edit()
+    until = time.monotonic() + seconds
+    while (new := pictures()[0]).wishes == old.wishes or not new.is_newest:
+        assert time.monotonic() < until, "an edit is never drawn"
+        yield 0.0
 
 
 def finished(seconds: float = 30.0) -> Iterator[float]:
