@@ -15,6 +15,7 @@ import blender_addon
 from blender_addon import changes, properties, ui
 from blender_addon.ui import camera, influence, object, render, view_layer, warnings
 from tests.engine import stage
+from tests.engine.paper import REGION, Paper
 
 ADDON = Path(blender_addon.__file__).parent
 UNITS = (
@@ -105,26 +106,6 @@ def test_what_users_do_is_in_menus_where_f3_finds_it():
     assert cycles == {f"bentlight.{name}" for name in ("cycles_setup", "cycles_clear", "relay_setup", "relay_clear")}
 
 
-class Paper:
-    """A layout that keeps the labels that are drawn on it, and is every part of itself."""
-
-    def __init__(self) -> None:
-        self.labels: list[tuple[str, bool]] = []
-
-    def label(self, text: str = "", translate: bool = True, **_options) -> None:
-        self.labels.append((text, translate))
-
-    def __getattr__(self, name: str):
-        return lambda *_arguments, **_options: self
-
-    def of(self, cls: type, context: bpy.types.Context) -> list[str]:
-        """What a panel writes by itself: Blender translates all else."""
-        methods = {name: method for name, method in vars(cls).items() if name.startswith("_draw")}
-        drawn = type("Drawn", (), {**methods, "layout": self, "column": lambda _: self})()
-        cls.draw(drawn, context)
-        return [text for text, translate in self.labels if not translate]
-
-
 @pytest.fixture
 def dummy_language(monkeypatch):
     """Where every text begins with a sign of its own. (The wheels have no languages.)"""
@@ -139,7 +120,7 @@ def test_a_translation_reaches_what_panels_write(dummy_language):
     hole = bpy.context.object
     bpy.context.view_layer.update()
     context = SimpleNamespace(
-        scene=bpy.context.scene, view_layer=bpy.context.view_layer, object=hole, engine="BENTLIGHT", region=None
+        scene=bpy.context.scene, view_layer=bpy.context.view_layer, object=hole, engine="BENTLIGHT", region=REGION
     )
     panels = {
         render.BENTLIGHT_PT_sampling: f"¤Within {1e-4 / (36 / 50 / 64):.2g} pixels",
@@ -174,9 +155,9 @@ def test_where_the_camera_is():
     camera_object = stage.add_camera(location=(0, -8.5, 0))
     bpy.ops.bentlight.black_hole_add(mass=1.0, location=(0, 0, 0))
     bpy.context.view_layer.update()
-    context = SimpleNamespace(view_layer=bpy.context.view_layer, object=camera_object)
+    context = SimpleNamespace(view_layer=bpy.context.view_layer, object=camera_object, region=REGION)
     (text,) = Paper().of(camera.BENTLIGHT_PT_camera, context)
-    assert text == f"{8.5 * (1 + 1 / 17) ** 2:.4g} masses from the middle of 'Black Hole'"
+    assert text == f"{8.5 * (1 + 1 / 17) ** 2:.4g} masses from 'Black Hole'"
 
 
 def test_warnings_wrap_and_are_counted():
