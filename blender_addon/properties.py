@@ -18,7 +18,7 @@ class BentlightSceneSettings(AccuracyProperties, bpy.types.PropertyGroup):
 
     integrator: EnumProperty(
         name="Integrator",
-        description="How light is simulated",
+        description="How light is followed. Both show the same picture, with more noise or less",
         items=[
             ("PATH", "Path Tracing", "Follow light backwards from the camera; every leg of a path is curved"),
             (
@@ -67,7 +67,10 @@ class BentlightSceneSettings(AccuracyProperties, bpy.types.PropertyGroup):
     )
     adaptive_min_samples: IntProperty(
         name="Min Samples",
-        description="Samples that every pixel gets at least, up to 4096. 0: chosen by the noise threshold",
+        description=(
+            "Samples that every pixel gets at least, up to 4096: more find small bright things that few would "
+            "miss. 0: chosen by the noise threshold"
+        ),
         min=0,
         max=4096,
         default=0,
@@ -76,7 +79,8 @@ class BentlightSceneSettings(AccuracyProperties, bpy.types.PropertyGroup):
         name="Relay Parts",
         description=(
             "Relay camera in Cycles: each pixel is cut into this many parts in each direction, with a curved ray for "
-            "every part; where the image is compressed, into three or five times as many. From 1 to 16"
+            "every part; where the image is compressed, into three or five times as many. From 1, with "
+            "jagged edges, to 16"
         ),
         min=1,
         max=16,
@@ -99,7 +103,7 @@ class BentlightSceneSettings(AccuracyProperties, bpy.types.PropertyGroup):
         description=(
             "Relay camera in Cycles, with motion blur: the time that the shutter is open is cut into this many "
             "slices, from 2 to 64, with curved rays for each. All of them together have at least as many rays as a "
-            "still picture"
+            "still picture. Fewer show ghosts of what moves fast"
         ),
         min=2,
         max=64,
@@ -122,7 +126,7 @@ class BentlightSceneSettings(AccuracyProperties, bpy.types.PropertyGroup):
         description=(
             "Most samples that a pixel takes where others take one. Near the edge of a black hole's shadow, and in a "
             "wormhole's mouth, a pixel sees much of the scene at once: it takes the more samples the farther its rays "
-            "are spread. From 1, all pixels take as many, to 64"
+            "are spread, so that rings have less grain and flicker less. From 1, all pixels take as many, to 64"
         ),
         min=1,
         max=64,
@@ -178,7 +182,7 @@ class BentlightSceneSettings(AccuracyProperties, bpy.types.PropertyGroup):
         name="Ray Tolerance",
         description=(
             "Largest error of a ray's direction, in radians, from 1e-12 to 0.1; a tenth of a pixel where that is "
-            "smaller. Smaller is slower"
+            "smaller. Larger: reflections and shadows near a black hole are a little out of place. Smaller is slower"
         ),
         min=1e-12,
         max=0.1,
@@ -302,7 +306,7 @@ class BentlightSceneSettings(AccuracyProperties, bpy.types.PropertyGroup):
     )
     pixel_filter: EnumProperty(
         name="Pixel Filter",
-        description="How the light that falls around a pixel is weighted",
+        description="How the light that falls around a pixel is weighted: how sharp the picture is",
         items=[
             ("BLACKMAN_HARRIS", "Blackman-Harris", "Smooth and sharp; best for most scenes"),
             ("GAUSSIAN", "Gaussian", "Smoother"),
@@ -332,19 +336,25 @@ class BentlightViewLayerSettings(bpy.types.PropertyGroup):
 
     use_pass_error: BoolProperty(
         name="Error",
-        description="Estimated error of the direction of camera rays, in radians; pi where a ray could not be resolved",
+        description=(
+            "Estimated error of the direction of camera rays, in radians: bright where they are hard to follow, pi "
+            "where one could not be resolved"
+        ),
         default=False,
         update=_passes_changed,
     )
     use_pass_winding: BoolProperty(
         name="Winding",
-        description="How many half turns camera rays make around black holes and wormholes",
+        description=(
+            "How many half turns camera rays make around black holes and wormholes: the more, the nearer to the edge "
+            "of the shadow"
+        ),
         default=False,
         update=_passes_changed,
     )
     use_pass_fate: BoolProperty(
         name="Fate",
-        description="What becomes of camera rays: 0 unresolved, 1 sky, 2 captured, 3 a wormhole's far sky, 4 a surface",
+        description="Mask of what each ray sees: 0 unresolved, 1 sky, 2 captured, 3 a wormhole's far sky, 4 a surface",
         default=False,
         update=_passes_changed,
     )
@@ -377,7 +387,7 @@ class BentlightViewLayerSettings(bpy.types.PropertyGroup):
     )
     use_pass_sample_count: BoolProperty(
         name="Sample Count",
-        description="Number of samples that each pixel took",
+        description="Number of samples that each pixel took, 0 and more: high where noise or bending asked for them",
         default=False,
         update=_passes_changed,
     )

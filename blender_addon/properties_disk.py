@@ -36,7 +36,7 @@ class BentlightDiskSettings(bpy.types.PropertyGroup):
     )
     inner_edge: EnumProperty(
         name="Inner Edge",
-        description="Where the disk ends towards the hole",
+        description="Where the disk ends towards the hole: how wide the dark gap around the shadow is",
         items=[
             ("ISCO", "Last Stable Orbit", "Where orbits cease to be stable: 6 masses without spin, fewer with spin"),
             ("CUSTOM", "Custom", "At a radius of your own. Within the last stable orbit matter falls freely"),
@@ -48,7 +48,7 @@ class BentlightDiskSettings(bpy.types.PropertyGroup):
         name="Inner Radius",
         description=(
             "Where the disk ends towards the hole: circumference over 2 pi, in masses of the hole, at least 1. Within "
-            "the horizon (2 masses without spin) there is no disk"
+            "the horizon (2 masses without spin) there is no disk. Smaller narrows the dark gap around the shadow"
         ),
         min=1.0,
         soft_max=20.0,
@@ -68,7 +68,7 @@ class BentlightDiskSettings(bpy.types.PropertyGroup):
     )
     emission: EnumProperty(
         name="Emission",
-        description="What the disk's light is made of",
+        description="What gives the disk its colors and its brightness",
         items=[
             (
                 "PAGE_THORNE",
@@ -131,11 +131,22 @@ class BentlightDiskSettings(bpy.types.PropertyGroup):
         update=_tag,
     )
     ramp: PointerProperty(
-        name="Color Ramp", description="The texture that holds the ramp", type=bpy.types.Texture, update=_tag
+        name="Color Ramp",
+        description="Colors from the inner edge, left, to the outer one, right; the disk is as transparent as they are",
+        type=bpy.types.Texture,
+        update=_tag,
     )
-    image: PointerProperty(name="Image", description="What the disk looks like", type=bpy.types.Image, update=_tag)
+    image: PointerProperty(
+        name="Image",
+        description="Colors of the disk: around the hole from left to right, from the inner edge upwards",
+        type=bpy.types.Image,
+        update=_tag,
+    )
     material: PointerProperty(
-        name="Material", description="What the disk is made of", type=bpy.types.Material, update=_tag
+        name="Material",
+        description="What the disk is made of: it shines and is transparent as the nodes say",
+        type=bpy.types.Material,
+        update=_tag,
     )
     opacity: FloatProperty(
         name="Opacity",

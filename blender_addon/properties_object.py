@@ -47,9 +47,13 @@ class BentlightObjectSettings(ScaleProperties, bpy.types.PropertyGroup):
         name="Spacetime",
         description="What this object does to space and light around it",
         items=[
-            ("NONE", "Flat", "Nothing"),
-            ("BLACK_HOLE", "Black Hole", "Bends light around itself and swallows what comes too close"),
-            ("WORMHOLE", "Wormhole", "A mouth that leads to another place in the scene"),
+            ("NONE", "Flat", "Nothing: light goes straight on"),
+            (
+                "BLACK_HOLE",
+                "Black Hole",
+                "Bends light around itself and swallows what comes too close: a black disk, ringed by images",
+            ),
+            ("WORMHOLE", "Wormhole", "A mouth that leads to another place in the scene: a ball in which that is seen"),
         ],
         default="NONE",
         update=_refit,
@@ -117,7 +121,7 @@ class BentlightObjectSettings(ScaleProperties, bpy.types.PropertyGroup):
     )
     exit: PointerProperty(
         name="Exit",
-        description="The other mouth: what goes in here comes out there, and the other way round",
+        description="The other mouth, whose place is seen in this one: what goes in here comes out there, and back",
         type=bpy.types.Object,
         poll=_is_other_object,
         update=_link_back,
@@ -131,7 +135,8 @@ class BentlightObjectSettings(ScaleProperties, bpy.types.PropertyGroup):
         name="Sphere of Influence",
         description=(
             "With several black holes and wormholes: the radius, in the object's own units (times its scale), inside "
-            "which this one bends light; outside all spheres light is straight. 0: half-way to the nearest other one"
+            "which this one bends light; outside all spheres light is straight. Lines seen at the edge "
+            "of a small one have a kink. 0: half-way to the nearest other one"
         ),
         min=0.0,
         soft_max=100.0,
@@ -142,8 +147,8 @@ class BentlightObjectSettings(ScaleProperties, bpy.types.PropertyGroup):
     lens_radius: FloatProperty(
         name="Lens in Cycles",
         description=(
-            "Radius, in the object's own units (times its scale), inside which Cycles bends light. "
-            "0: that of the sphere of influence"
+            "Radius, in the object's own units (times its scale), inside which Cycles bends light, and sees no "
+            "meshes. 0: that of the sphere of influence"
         ),
         min=0.0,
         soft_max=100.0,

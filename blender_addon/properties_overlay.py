@@ -17,11 +17,11 @@ class BentlightOverlaySettings(bpy.types.PropertyGroup):
         default=True,
     )
     show_labels: BoolProperty(
-        name="Names", description="The name of each line, beside it, where it is large enough", default=True
+        name="Names", description="The name of each line, drawn beside it where it is large enough", default=True
     )
     rays: EnumProperty(
         name="Rays",
-        description="Curved rays of light, followed as a render follows them until they meet a surface",
+        description="Curved rays of light as thin lines, followed as a render follows them until they meet a surface",
         items=[
             ("OFF", "Off", "None"),
             ("CAMERA", "Camera", "From the scene's camera, side by side, at the height of the nearest hole or mouth"),

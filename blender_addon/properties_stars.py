@@ -33,7 +33,11 @@ class BentlightWorldSettings(bpy.types.PropertyGroup):
         update=_tag,
     )
     star_seed: IntProperty(
-        name="Seed", description="Another seed, 0 and more, is another sky", min=0, default=0, update=_tag
+        name="Seed",
+        description="Another seed, 0 and more, puts the stars in other places",
+        min=0,
+        default=0,
+        update=_tag,
     )
     star_brightest: FloatProperty(
         name="Brightest",
@@ -84,7 +88,10 @@ class BentlightWorldSettings(bpy.types.PropertyGroup):
     )
     star_rotation: FloatVectorProperty(
         name="Rotation",
-        description="Turns the sky. Without it, declination counts from the XY plane and right ascension from X",
+        description=(
+            "Turns the sky, and so where its stars are seen, by angles about X, Y and Z. Without it, declination "
+            "counts from the XY plane and right ascension from X"
+        ),
         subtype="EULER",
         size=3,
         update=_tag,

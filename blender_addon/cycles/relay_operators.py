@@ -1,4 +1,4 @@
-"""The relay camera's buttons, its panel, and the handler that keeps its maps fitting, frame after frame."""
+"""The relay camera's buttons, and the handler that keeps its maps fitting, frame after frame."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import logging
 
 import bpy
 from bpy.app.handlers import persistent
-from bpy.app.translations import pgettext_iface as iface_
 from bpy.props import BoolProperty
 
 from ..report import RenderError, Reporter, told
@@ -70,35 +69,6 @@ class BENTLIGHT_OT_relay_clear(_Operator, bpy.types.Operator):
         return told("The relay camera is removed") if had else told("There was no relay camera")
 
 
-class BENTLIGHT_PT_relay(bpy.types.Panel):
-    """The relay camera of a scene that Cycles renders."""
-
-    bl_label = "Bentlight Relay"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "data"
-    bl_options = {"DEFAULT_CLOSED"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return context.engine == "CYCLES" and context.camera is not None
-
-    def draw(self, context: bpy.types.Context) -> None:
-        column = self.layout.column()
-        column.use_property_split = True
-        if relay.source_of(context.scene.camera):
-            text = iface_("Curved rays of '{}'").format(relay.source_of(context.scene.camera).name)
-            column.label(text=text, icon="INFO", translate=False)
-            column.prop(context.scene.bentlight, "relay_parts")
-            slices = column.row()
-            slices.active = context.scene.render.use_motion_blur
-            slices.prop(context.scene.bentlight, "relay_slices")
-            column.prop(context.scene.bentlight, "gravitational")
-            column.operator(BENTLIGHT_OT_relay_clear.bl_idname)
-        else:
-            column.operator(BENTLIGHT_OT_relay_setup.bl_idname)
-
-
 @persistent
 def _before_render(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
     """Before each frame of a render: handlers cannot stop it, so what goes wrong is said loudly."""
@@ -113,7 +83,7 @@ def _before_render(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
         failures.remember(scene, "relay camera", text)
 
 
-_CLASSES = (BENTLIGHT_OT_relay_setup, BENTLIGHT_OT_relay_clear, BENTLIGHT_PT_relay)
+_CLASSES = (BENTLIGHT_OT_relay_setup, BENTLIGHT_OT_relay_clear)
 
 
 def register() -> None:

@@ -57,9 +57,20 @@ class BENTLIGHT_OT_black_hole_add(_AddOperator, bpy.types.Operator):
     bl_label = "Black Hole"
 
     mass: FloatProperty(
-        name="Mass", description="As a length in scene units", min=0.0, default=MASS, subtype="DISTANCE"
+        name="Mass",
+        description="As a length in scene units, 0 and more: seen from afar the shadow has a radius of 5.2 masses",
+        min=0.0,
+        default=MASS,
+        subtype="DISTANCE",
     )
-    spin: FloatProperty(name="Spin", description="As a fraction of the largest possible", min=-0.9999, max=0.9999)
+    spin: FloatProperty(
+        name="Spin",
+        description=(
+            "As a fraction of the most a black hole can have, from -0.9999 to 0.9999: makes the shadow lopsided"
+        ),
+        min=-0.9999,
+        max=0.9999,
+    )
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = _add_empty(context, "Black Hole", self.place(context))
@@ -78,11 +89,15 @@ class BENTLIGHT_OT_wormhole_add(_AddOperator, bpy.types.Operator):
     bl_label = "Wormhole"
 
     throat_radius: FloatProperty(
-        name="Throat Radius", description="As a length in scene units", min=1e-6, default=1.0, subtype="DISTANCE"
+        name="Throat Radius",
+        description="As a length in scene units, 1e-6 and more: seen from afar a ball of twice this size",
+        min=1e-6,
+        default=1.0,
+        subtype="DISTANCE",
     )
     exit_location: FloatVectorProperty(
         name="Exit",
-        description="Where the other mouth is; ten throat radii along X if not given",
+        description="Where the other mouth is, which is seen in this one; ten throat radii along X if not given",
         subtype="TRANSLATION",
     )
 

@@ -19,7 +19,7 @@ class BENTLIGHT_OT_unit_scale_fit(bpy.types.Operator):
 
     suns: FloatProperty(
         name="Solar Masses",
-        description="What the black hole weighs in nature, in suns",
+        description="What the black hole weighs in nature, in suns, from 1e-12 to 1e20; it looks the same",
         min=1e-12,
         max=1e20,
         default=10.0,

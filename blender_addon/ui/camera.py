@@ -9,11 +9,11 @@ from bpy.app.translations import pgettext_iface as iface_
 from ..checks import inside
 from ..report import RenderError
 from ..sync.spacetime import check_alone, read_spacetime
-from .panel import EnginePanel
+from .panel import EnginePanel, tell
 
 
 class BENTLIGHT_PT_camera(EnginePanel, bpy.types.Panel):
-    """How near a camera is to what bends its light."""
+    """How near a camera is to what bends its light, counted from the middle."""
 
     bl_label = "Spacetime"
     bl_context = "data"
@@ -34,8 +34,8 @@ class BENTLIGHT_PT_camera(EnginePanel, bpy.types.Panel):
                 check_alone(item)
             except RenderError:
                 continue  # a warning tells
-            text = iface_("{:.4g} masses from the middle of '{}'").format(inside.masses_away(item, place), obj.name)
-            column.label(text=text, icon="SHADING_SOLID", translate=False)
+            text = iface_("{:.4g} masses from '{}'").format(inside.masses_away(item, place), obj.name)
+            tell(column, text, context.region.width, icon="SHADING_SOLID")
 
 
 CLASSES = (BENTLIGHT_PT_camera,)

@@ -1,10 +1,12 @@
-"""The panel that Bentlight adds to Cycles' render properties."""
+"""The panels that Bentlight adds to Cycles' render properties and to its cameras."""
 
 from __future__ import annotations
 
 import bpy
+from bpy.app.translations import pgettext_iface as iface_
 
-from ..cycles import setup
+from ..cycles import relay, setup
+from .panel import tell
 
 
 class BENTLIGHT_PT_cycles(bpy.types.Panel):
@@ -25,7 +27,37 @@ class BENTLIGHT_PT_cycles(bpy.types.Panel):
         column.operator("bentlight.cycles_setup", text="Update Lenses" if ready else "Use in Cycles")
         if ready:
             column.operator("bentlight.cycles_clear")
-            column.label(text="Lamps do not shine through lenses", icon="INFO")
+            tell(column, iface_("Lamps do not shine through lenses"), context.region.width, icon="INFO")
 
 
-CLASSES = (BENTLIGHT_PT_cycles,)
+class BENTLIGHT_PT_relay(bpy.types.Panel):
+    """The relay camera of a scene that Cycles renders."""
+
+    bl_label = "Bentlight Relay"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "data"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.engine == "CYCLES" and context.camera is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = self.layout.column()
+        column.use_property_split, column.use_property_decorate = True, False
+        source = relay.source_of(context.scene.camera)
+        if source is not None:
+            text = iface_("Curved rays of '{}'").format(source.name)
+            tell(column, text, context.region.width, icon="INFO")
+            column.prop(context.scene.bentlight, "relay_parts")
+            slices = column.row()
+            slices.active = context.scene.render.use_motion_blur
+            slices.prop(context.scene.bentlight, "relay_slices")
+            column.prop(context.scene.bentlight, "gravitational")
+            column.operator("bentlight.relay_clear")
+        else:
+            column.operator("bentlight.relay_setup")
+
+
+CLASSES = (BENTLIGHT_PT_cycles, BENTLIGHT_PT_relay)

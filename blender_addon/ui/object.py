@@ -11,7 +11,7 @@ from ..operators.preset import BENTLIGHT_PT_spacetime_presets
 from ..report import RenderError
 from ..sync.spacetime import core_radius, read_spacetime
 from .influence import describe_influence
-from .panel import EnginePanel, note
+from .panel import EnginePanel, note, tell
 
 
 class BENTLIGHT_PT_ray_visibility(EnginePanel, bpy.types.Panel):
@@ -70,26 +70,42 @@ class BENTLIGHT_PT_spacetime(EnginePanel, bpy.types.Panel):
             if settings.exit is None:
                 exit_row.operator("bentlight.exit_add", text="", icon="ADD")
         if settings.kind != "NONE":
-            column.prop(settings, "sphere_radius")
-            if context.engine == "CYCLES":
-                column.prop(settings, "lens_radius")
-                row = column.row()
-                row.active = settings.lens_radius > 0
-                row.prop(settings, "lens_soft_edge")
-            self._draw_influence(context)
             self.layout.operator("bentlight.spacetime_reset", text="Reset to Defaults", icon="LOOP_BACK")
 
-    def _draw_influence(self, context: bpy.types.Context) -> None:
+
+class BENTLIGHT_PT_influence(EnginePanel, bpy.types.Panel):
+    """How far an object bends light."""
+
+    bl_label = "Sphere of Influence"
+    bl_context = "object"
+    bl_parent_id = "BENTLIGHT_PT_spacetime"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return BENTLIGHT_PT_spacetime.poll(context) and context.object.bentlight.kind != "NONE"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        settings = context.object.bentlight
+        column = self.column()
+        column.prop(settings, "sphere_radius", text="Radius")
+        if context.engine == "CYCLES":
+            column.prop(settings, "lens_radius")
+            row = column.row()
+            row.active = settings.lens_radius > 0
+            row.prop(settings, "lens_soft_edge")
+        self._draw_use(context)
+
+    def _draw_use(self, context: bpy.types.Context) -> None:
         """The sphere in use and what it costs; or why this cannot be rendered."""
-        column = self.layout.column()
+        column, width = self.layout.column(), context.region.width
         try:
             text = describe_influence(context.object, context.view_layer, context.engine == "CYCLES")
         except RenderError as error:
             column.alert = True
-            column.label(text=str(error), icon="ERROR", translate=False)
+            tell(column, str(error), width, icon="ERROR")
         else:
-            for line, icon in zip(text.split("; "), ("INFO", "BLANK1"), strict=False):  # panels are narrow
-                column.label(text=line, icon=icon, translate=False)
+            for part, icon in zip(text.split("; "), ("INFO", "BLANK1"), strict=False):
+                tell(column, part, width, icon)
 
 
 class BENTLIGHT_PT_scale(EnginePanel, bpy.types.Panel):
@@ -180,6 +196,7 @@ class BENTLIGHT_PT_disk(EnginePanel, bpy.types.Panel):
 CLASSES = (
     BENTLIGHT_PT_ray_visibility,
     BENTLIGHT_PT_spacetime,
+    BENTLIGHT_PT_influence,
     BENTLIGHT_PT_scale,
     BENTLIGHT_PT_disk,
 )

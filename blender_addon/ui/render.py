@@ -30,7 +30,7 @@ class BENTLIGHT_PT_sampling(EnginePanel, bpy.types.Panel):
         least = column.row()
         least.active = settings.use_adaptive_sampling
         least.prop(settings, "adaptive_min_samples")
-        column.prop(settings, "photon_ring_samples")
+        column.prop(settings, "photon_ring_samples", text="Photon Ring")
         column.prop(settings, "sky_filter")
         column.prop(settings, "time_limit")
         _draw_accuracy(column, context.scene)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterable
 
 import bpy
@@ -10,9 +9,8 @@ import bpy
 from .. import checks
 from ..checks import Finding
 from ..compatibility import ENGINE
+from .panel import tell
 
-_CHARACTER = 7.0  # pixels that a letter of a label takes, at scale 1; panels do not wrap text
-_LEAST_WIDTH = 24  # letters
 _MOST = 12  # warnings that are shown; the rest are counted
 
 
@@ -101,14 +99,9 @@ def _of(kind: str, name: str, findings: Iterable[Finding]) -> list[Finding]:
 
 def draw_findings(layout: bpy.types.UILayout, findings: list[Finding], width: float) -> None:
     """Each with a button that leads to what it is about."""
-    scale = bpy.context.preferences.system.ui_scale or 1.0  # 0 without a window
-    letters = max(_LEAST_WIDTH, int(width / (_CHARACTER * scale)) - 10)
     for found in findings[:_MOST]:
         row = layout.row()
-        lines = row.column(align=True)
-        lines.scale_y = 0.8
-        for line in textwrap.wrap(found.text, letters):
-            lines.label(text=line, translate=False)
+        tell(row, found.text, width)
         if found.kind == "OBJECT":
             row.operator("bentlight.object_select", text="", icon="RESTRICT_SELECT_OFF").name = found.owner
         elif found.kind == "MATERIAL":

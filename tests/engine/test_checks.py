@@ -10,19 +10,12 @@ from blender_addon import checks
 from blender_addon.checks import inside, spacetimes
 from blender_addon.sync.scene_data import SpacetimeData
 from tests.engine import stage
-
-
-def texts() -> list[str]:
-    bpy.context.view_layer.update()
-    return [found.text for found in checks.of_scene(bpy.context)]
+from tests.engine.warned import add_hole, texts
 
 
 @pytest.fixture
 def hole():
-    """Its horizon has a radius of 1 as drawn."""
-    bpy.ops.bentlight.black_hole_add(mass=2.0, location=(0, 0, 0))
-    bpy.context.object.name = "Hole"
-    return bpy.context.object
+    return add_hole()
 
 
 def test_nothing_to_tell_of_a_good_scene(hole):

@@ -7,19 +7,14 @@ from blender_addon import checks
 from blender_addon.cycles import failures, handlers, relay, setup, tables
 from blender_addon.report import RenderError
 from tests.engine import stage
-
-
-def texts() -> list[str]:
-    bpy.context.view_layer.update()
-    return [found.text for found in checks.of_scene(bpy.context)]
+from tests.engine.warned import add_hole, texts
 
 
 @pytest.fixture
 def hole():
     """With a lens of the radius 8, before a camera, in Cycles."""
-    bpy.ops.bentlight.black_hole_add(mass=2.0, location=(0, 0, 0))
-    made = bpy.context.object
-    made.name, made.bentlight.lens_radius = "Hole", 8.0
+    made = add_hole()
+    made.bentlight.lens_radius = 8.0
     stage.add_camera(location=(0, -30, 0))
     bpy.context.scene.render.engine = "CYCLES"
     assert bpy.ops.bentlight.cycles_setup() == {"FINISHED"}

@@ -1,9 +1,12 @@
 """What the user sees of a render under way, and how fast it ends when they have seen enough."""
 
 import functools
+import gc
 import re
 import time
+import weakref
 
+import bentlight_native
 import bpy
 import numpy as np
 import pytest
@@ -22,9 +25,10 @@ class Watched:
         self.pressed = self.ended = None
 
     def render(self, render, engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> None:
-        self.engine = engine
+        self.engine, self.blenders = engine, weakref.ref(engine)
         render(self, depsgraph)
         self.ended = time.monotonic()
+        del self.engine  # which is Blender's to keep or to let go
 
     def __getattr__(self, name):
         value = getattr(self.engine, name)
@@ -139,3 +143,88 @@ def test_escape_stops_the_building_of_the_scene(watched, monkeypatch, tmp_path):
     assert (stage.render(tmp_path)["Combined"] == 0).all()
     assert watched.pressed and not results
     assert watched.seen("begin_result") == [(0, 0, 1, 1)]
+
+
+@pytest.fixture
+def uncollected(monkeypatch):
+    """Nothing waits for Python's cycle collector, which would hide what is not let go."""
+    gc.collect()
+    gc.disable()
+    yield
+    gc.enable()
+
+
+def living_scenes(but: list[bentlight_native.Scene] | None = None) -> list[bentlight_native.Scene]:
+    """Native scenes that are there, but those of earlier tests."""
+    others = set(map(id, but or []))
+    return [each for each in gc.get_objects() if isinstance(each, bentlight_native.Scene) and id(each) not in others]
+
+
+def when_called(monkeypatch, name: str, number: int = 1, ends=lambda *_: True):
+    """Whether one of the steps of a render has begun, for so many times; it goes on when it `ends`."""
+    calls, step = [], getattr(final, name)
+
+    def begun(*arguments, **options):
+        calls.append(1)
+        while not ends(*arguments):
+            time.sleep(0.01)
+        return step(*arguments, **options)
+
+    monkeypatch.setattr(final, name, begun)
+    return lambda: len(calls) >= number
+
+
+def cancelled_in(step: str, watched: Watched, monkeypatch) -> None:
+    """A scene in which the user presses ESC in the midst of a step of the render."""
+    long_render()
+    scene = bpy.context.scene
+    if step == "stars":
+        scene.world.bentlight.stars, scene.world.bentlight.star_count = "PROCEDURAL", 20_000
+        scene.render.resolution_x = scene.render.resolution_y = 256
+        watched.wants_to_stop.append(when_called(monkeypatch, "find_stars"))
+    elif step == "building":
+        big_mesh(100)
+        watched.wants_to_stop.append(when_called(monkeypatch, "build_scene", ends=lambda _, done: done.cancelled))
+    elif step == "another moment":
+        scene.render.use_motion_blur, scene.bentlight.motion_slices, scene.bentlight.samples = True, 4, 64
+        hole = bpy.data.objects["Black Hole"].bentlight
+        for frame, mass in ((0, 0.1), (3, 0.2)):
+            hole.mass = mass
+            hole.keyframe_insert("mass", frame=frame)
+        watched.wants_to_stop.append(when_called(monkeypatch, "update_scene", 2))
+    else:
+        watched.wants_to_stop.append(lambda: len(watched.seen("update_progress")) % 8 == 7)
+
+
+STEPS = ["building", "stars", "tiles", "another moment"]
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_escape_lets_the_scene_go_at_once(step, watched, monkeypatch, tmp_path, uncollected):
+    """With the end of the render, the engine as well: neither waits for the cycle collector."""
+    cancelled_in(step, watched, monkeypatch)
+    earlier = living_scenes()
+    stage.render(tmp_path)
+    assert watched.pressed is not None
+    assert watched.blenders() is None
+    assert not living_scenes(but=earlier)
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_escape_with_persistent_data_keeps_one_scene_as_any_render(step, watched, monkeypatch, tmp_path, uncollected):
+    """What a cancelled render has is kept for the next, and goes when Persistent Data is switched off."""
+    render = bpy.context.scene.render
+    render.use_persistent_data = True
+    cancelled_in(step, watched, monkeypatch)
+    earlier = living_scenes()
+    for _ in range(2):
+        watched.pressed = None
+        stage.render(tmp_path)
+        assert watched.pressed is not None
+        assert len(living_scenes(but=earlier)) == (step != "building")  # a half-built one is of no use
+        assert watched.blenders() is not None
+    render.use_persistent_data = False
+    watched.pressed = None
+    stage.render(tmp_path)
+    assert watched.blenders() is None
+    assert not living_scenes(but=earlier)

@@ -5,6 +5,7 @@ That they are drawn without an error is tested in the true window.
 
 import ast
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -13,8 +14,10 @@ import pytest
 
 import blender_addon
 from blender_addon import changes, properties, ui
+from blender_addon.operators import menus
 from blender_addon.ui import camera, influence, object, render, view_layer, warnings
 from tests.engine import stage
+from tests.engine.paper import REGION, Paper
 
 ADDON = Path(blender_addon.__file__).parent
 UNITS = (
@@ -41,6 +44,44 @@ def test_tooltips_of_numbers_tell_unit_and_range():
         if item.subtype != "EULER":
             assert re.search(r"\d", item.description), item.identifier
         assert item.description[0].isupper() and not item.description.endswith("."), item.identifier
+
+
+# What a picture, or the drawing in a viewport, is like.
+LOOKS = (
+    r"\b(grain|nois|clean|picture|flicker|dark|bright|black|red|blue|color|hue|shadow|edge|sharp|smooth|blur|ghost|"
+    r"seen|sees|see |shows?\b|drawn|pattern|looks?|image|shin|glow|fade|kink|straight|caustic|lines|circles|"
+    r"transparent|streak|places|ring)"
+)
+
+
+def operator_settings() -> Iterator[bpy.types.Property]:
+    """All that users see of operators that they call."""
+    for cls in bpy.types.Operator.__subclasses__():
+        if cls.__module__.startswith("blender_addon") and "INTERNAL" not in cls.bl_options:
+            group, name = cls.bl_idname.split(".")
+            own = getattr(getattr(bpy.ops, group), name).get_rna_type().properties
+            yield from (item for item in own if item.identifier != "rna_type")
+
+
+def test_tooltips_tell_what_it_looks_like():
+    """In words of what is seen; those of choices count."""
+    theirs = {"mass_kilograms", "horizon_kilometers", "mass_suns", "star_catalog", "time_limit", "relay_source"}
+    missing = []
+    for item in settings():
+        if item.identifier in theirs:  # what is seen stays as it is, or is the scene's own
+            continue
+        choices = [choice.description for choice in item.enum_items] if item.type == "ENUM" else []
+        if not re.search(LOOKS, " ".join([item.description, *choices]), re.IGNORECASE):
+            missing.append(item.identifier)
+    assert not missing
+
+
+def test_tooltips_of_operators_numbers_tell_what_they_look_like_and_their_range():
+    found = [item for item in operator_settings() if item.type in {"INT", "FLOAT"} and item.array_length == 0]
+    assert {item.identifier for item in found} == {"mass", "spin", "throat_radius", "suns"}
+    for item in found:
+        assert re.search(r"\d", item.description) and re.search(LOOKS, item.description), item.identifier
+    assert all(len(item.description) > 15 for item in operator_settings())
 
 
 def test_lengths_angles_and_the_like_have_blender_s_units():
@@ -82,14 +123,19 @@ def test_operators_and_panels_have_names_and_tooltips():
         assert issubclass(cls, bpy.types.Panel) or not description.rstrip().endswith("."), cls.__name__
 
 
-def menu_entries(menu: str, engine: str) -> set[str]:
-    """Operators and submenus that we add to one of Blender's menus."""
-    found: set[str] = set()
-    layout = SimpleNamespace(
+def menu_layout(found: set[str]) -> SimpleNamespace:
+    """Collects the operators and submenus that are drawn on it."""
+    return SimpleNamespace(
         separator=lambda: None,
         operator=lambda name, **_: found.add(name),
         menu=lambda name, **_: found.add(name),
     )
+
+
+def menu_entries(menu: str, engine: str) -> set[str]:
+    """Operators and submenus that we add to one of Blender's menus."""
+    found: set[str] = set()
+    layout = menu_layout(found)
     for draw in getattr(bpy.types, menu)._dyn_ui_initialize():
         if draw.__module__.startswith("blender_addon"):
             draw(SimpleNamespace(layout=layout), SimpleNamespace(engine=engine))
@@ -103,26 +149,12 @@ def test_what_users_do_is_in_menus_where_f3_finds_it():
     assert done == {"BENTLIGHT_MT_spacetime"}
     cycles = menu_entries("TOPBAR_MT_render", "CYCLES") - menu_entries("TOPBAR_MT_render", "BENTLIGHT")
     assert cycles == {f"bentlight.{name}" for name in ("cycles_setup", "cycles_clear", "relay_setup", "relay_clear")}
-
-
-class Paper:
-    """A layout that keeps the labels that are drawn on it, and is every part of itself."""
-
-    def __init__(self) -> None:
-        self.labels: list[tuple[str, bool]] = []
-
-    def label(self, text: str = "", translate: bool = True, **_options) -> None:
-        self.labels.append((text, translate))
-
-    def __getattr__(self, name: str):
-        return lambda *_arguments, **_options: self
-
-    def of(self, cls: type, context: bpy.types.Context) -> list[str]:
-        """What a panel writes by itself: Blender translates all else."""
-        methods = {name: method for name, method in vars(cls).items() if name.startswith("_draw")}
-        drawn = type("Drawn", (), {**methods, "layout": self, "column": lambda _: self})()
-        cls.draw(drawn, context)
-        return [text for text, translate in self.labels if not translate]
+    drawn: set[str] = set()
+    menus.BENTLIGHT_MT_spacetime.draw(SimpleNamespace(layout=menu_layout(drawn)), bpy.context)
+    for menu in ("VIEW3D_MT_add", "TOPBAR_MT_render"):
+        drawn |= menu_entries(menu, "BENTLIGHT") | menu_entries(menu, "CYCLES")
+    ours = [cls for cls in bpy.types.Operator.__subclasses__() if cls.__module__.startswith("blender_addon")]
+    assert {cls.bl_idname for cls in ours if "INTERNAL" not in cls.bl_options} <= drawn
 
 
 @pytest.fixture
@@ -139,7 +171,7 @@ def test_a_translation_reaches_what_panels_write(dummy_language):
     hole = bpy.context.object
     bpy.context.view_layer.update()
     context = SimpleNamespace(
-        scene=bpy.context.scene, view_layer=bpy.context.view_layer, object=hole, engine="BENTLIGHT", region=None
+        scene=bpy.context.scene, view_layer=bpy.context.view_layer, object=hole, engine="BENTLIGHT", region=REGION
     )
     panels = {
         render.BENTLIGHT_PT_sampling: f"¤Within {1e-4 / (36 / 50 / 64):.2g} pixels",
@@ -169,14 +201,30 @@ def test_all_labels_are_words_that_can_be_found_and_translated():
             assert literal or "translate" in words, f"{path.name}:{call.lineno}"
 
 
+def test_words_on_buttons_can_be_found_and_translated():
+    """Blender translates what it is given whole: no word is put together, none is a number's format."""
+    for path in [*ADDON.glob("ui/*.py"), *ADDON.glob("operators/*.py")]:
+        for call in ast.walk(ast.parse(path.read_text())):
+            if not isinstance(call, ast.Call) or getattr(call.func, "attr", "") not in {
+                "prop",
+                "operator",
+                "menu",
+                "row",
+            }:
+                continue
+            for text in (keyword.value for keyword in call.keywords if keyword.arg in {"text", "heading"}):
+                parts = [text.body, text.orelse] if isinstance(text, ast.IfExp) else [text]
+                assert all(isinstance(part, ast.Constant | ast.Name) for part in parts), f"{path.name}:{call.lineno}"
+
+
 def test_where_the_camera_is():
     """8.5 from an isotropic hole of mass 1: r = 8.5 (1 + 1/17)^2."""
     camera_object = stage.add_camera(location=(0, -8.5, 0))
     bpy.ops.bentlight.black_hole_add(mass=1.0, location=(0, 0, 0))
     bpy.context.view_layer.update()
-    context = SimpleNamespace(view_layer=bpy.context.view_layer, object=camera_object)
+    context = SimpleNamespace(view_layer=bpy.context.view_layer, object=camera_object, region=REGION)
     (text,) = Paper().of(camera.BENTLIGHT_PT_camera, context)
-    assert text == f"{8.5 * (1 + 1 / 17) ** 2:.4g} masses from the middle of 'Black Hole'"
+    assert text == f"{8.5 * (1 + 1 / 17) ** 2:.4g} masses from 'Black Hole'"
 
 
 def test_warnings_wrap_and_are_counted():

@@ -31,7 +31,7 @@ def test_places_on_a_disk_are_even():
     assert abs(chi_square_z(counts, np.full(counts.size, counts.sum() / counts.size))) < 4
 
 
-@pytest.mark.parametrize("blades", [3, 5, 16])
+@pytest.mark.parametrize("blades", [3, 5, 16, 64])
 def test_places_on_a_polygon_are_even(blades):
     """By side, along it, and outwards, in triangles with their tips in the middle. Nothing is beyond."""
     x, y = (places(blades, rotation=0.7, ratio=2.0) * (2.0, 1.0)).T
@@ -112,13 +112,21 @@ def test_depth_is_along_the_axis_through_every_place():
     np.testing.assert_allclose(depth, 2.5, rtol=1e-6)
 
 
-BAD = {"radius": -1.0, "focal_distance": 0.0, "ratio": 0.0, "rotation": np.nan}
+BAD = {"radius": -1.0, "focal_distance": 0.0, "blades": 65, "ratio": 0.0, "rotation": np.nan}
 
 
 @pytest.mark.parametrize("name", BAD)
 def test_bad_lenses_are_refused(name):
     with pytest.raises(ValueError, match=name):
         camera(Aperture(0.1, FOCUS)._replace(**{name: BAD[name]}))
+
+
+@pytest.mark.parametrize("blades", [65, 2**31, 2**32 - 1, -1])
+def test_no_lens_has_more_blades_than_make_a_disk(blades):
+    """Stars out of focus take cells by the blade: so many would never end."""
+    with pytest.raises(ValueError, match=rf"aperture_blades must be at most 64, got {blades % 2**32}"):
+        camera(Aperture(0.1, FOCUS, blades))
+    camera(Aperture(0.0, FOCUS, blades))  # a pinhole has none
 
 
 def test_a_closed_lens_is_a_pinhole():

@@ -17,12 +17,15 @@ typedef enum bent_camera_kind {
   BENT_CAMERA_KINDS
 } bent_camera_kind;
 
+enum { BENT_APERTURE_BLADES_MAX = 64 }; /* whose polygon has the area of the disk around it to 0.2 % */
+
 /* The opening of the camera's lens, for depth of field, in the plane of x and y around the camera's place; in panoramas
  * across each ray, x towards the axis of sight (in a mirror ball towards camera space's x). */
 typedef struct bent_aperture {
   double radius;         /* scene units; 0: a pinhole, and what follows is ignored */
   double focal_distance; /* of what is sharp, positive: depth, in panoramas distance, in the camera's own straight space */
-  uint32_t blades;       /* corners of a regular polygon of that circumradius; below 3 a disk */
+  uint32_t blades;       /* corners of a regular polygon of that circumradius, at most BENT_APERTURE_BLADES_MAX;
+                          * below 3 a disk */
   double rotation;       /* of the polygon, radians: the middle of a side lies there, from x towards y */
   double ratio;          /* positive: how much narrower than high it is squeezed (anamorphic bokeh) */
 } bent_aperture;

@@ -148,8 +148,8 @@ class Aperture(NamedTuple):
     """The opening of a camera's lens, as Cycles has it.
 
     radius: scene units. focal_distance: of what is sharp, depth, in panoramas distance, in the camera's own straight
-    space; positive. blades: corners of a regular polygon of that circumradius, below 3 a disk. rotation: radians, of
-    the middle of a side. ratio: positive; 2 squeezes the opening to half its width.
+    space; positive. blades: corners of a regular polygon of that circumradius, at most 64, below 3 a disk. rotation:
+    radians, of the middle of a side. ratio: positive; 2 squeezes the opening to half its width.
     """
 
     radius: float

@@ -69,6 +69,9 @@ bent_status aperture_check(const bent_aperture *a, bent_error *error)
   if (!(a->focal_distance > 0 && isfinite(a->focal_distance)))
     return bent_fail(error, BENT_ERROR_ARGUMENT, "camera: focal_distance must be finite and positive, got %g",
                      a->focal_distance);
+  if (a->blades > BENT_APERTURE_BLADES_MAX) /* the lens' cells are as many (star_lens.c) */
+    return bent_fail(error, BENT_ERROR_ARGUMENT, "camera: aperture_blades must be at most %d, got %u",
+                     BENT_APERTURE_BLADES_MAX, a->blades);
   if (!(a->ratio > 0 && isfinite(a->ratio)))
     return bent_fail(error, BENT_ERROR_ARGUMENT, "camera: aperture_ratio must be finite and positive, got %g", a->ratio);
   return isfinite(a->rotation) ? BENT_OK
