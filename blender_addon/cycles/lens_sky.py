@@ -25,7 +25,7 @@ _KEY = "bentlight_sky"  # fingerprint of what a lens shows, and the mark of the 
 _TREE = "Bentlight Sky"
 _IMAGE = "ShaderNodeTexEnvironment"
 _COORDINATE, _LIGHT = "ShaderNodeTexCoord", "ShaderNodeBackground"
-_OUTPUT = "ShaderNodeOutputWorld"
+_OUTPUT, _PLACEHOLDER = "ShaderNodeOutputWorld", "ShaderNodeEmission"
 # Those that know no more than what is linked to them, and those that, where nothing is, know the direction.
 _PLAIN = {
     "NodeReroute",
@@ -75,13 +75,12 @@ _TEXTURES = {
 
 
 class Sky(NamedTuple):
-    """What a lens shows: the world's nodes, the file of each image by the name of its node, what stars.osl is told, if
-    there are stars."""
+    """What a lens shows: the world's nodes; by the names of theirs, files of images, and what stars.osl is told."""
 
     nodes: node_copy.TreeData
     output: str  # name of the node that shows it
     images: dict[str, sky_images.File]
-    stars: dict[str, shaders.Socket] | None
+    stars: dict[str, dict[str, shaders.Socket]]
 
 
 def read(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Sky | None:
@@ -104,7 +103,10 @@ def read(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Sky | None:
     images = {name: file for name, file in found.items() if file}
     if not images:
         return None
-    return Sky(node_copy.describe(tree), output.name, images, stars.told_shader(star_node) if star_node else None)
+    told = {star_node.name: stars.told_shader(star_node)} if star_node else {}
+    nodes, links = node_copy.describe(tree)
+    nodes |= {name: node_copy.NodeData(_PLACEHOLDER, {}, ()) for name in told}  # code is not copied
+    return Sky(node_copy.TreeData(nodes, links), output.name, images, told)
 
 
 def _is_known(node: bpy.types.Node) -> bool:
@@ -179,7 +181,7 @@ def _group(sky: Sky) -> bpy.types.NodeTree:
     tree.links.new(part.outputs[0], result.inputs["Surface"])
     made = node_copy.build(tree, sky.nodes)
     for name, node in made.items():
-        _adapt(tree, node, given.outputs["Toward"], sky.images.get(name), sky.stars)
+        _adapt(tree, node, given.outputs["Toward"], sky.images.get(name), sky.stars.get(name))
     output = made[sky.output]
     for link in output.inputs["Surface"].links:
         tree.links.new(link.from_socket, part.inputs["Behind"])
@@ -198,10 +200,10 @@ def _adapt(
     """Tells a node the direction that in a world it knows, and replaces those that are something else in a material."""
     if node.bl_idname == _COORDINATE:
         node_copy.take_over(tree, node.outputs["Generated"], toward)
-    elif node.bl_idname == "ShaderNodeScript":
+    elif star_inputs:
         shown = shaders.new_node(tree, "stars", {**star_inputs, "Toward": ("NodeSocketVector", None)})
         tree.links.new(toward, shown.inputs["Toward"])
-        node_copy.take_over(tree, node.outputs["BSDF"], shown.outputs["BSDF"])
+        node_copy.take_over(tree, node.outputs[0], shown.outputs["BSDF"])
         tree.nodes.remove(node)
     elif node.bl_idname == _LIGHT:
         emission = tree.nodes.new("ShaderNodeEmission")

@@ -27,6 +27,8 @@ class BENTLIGHT_PT_cycles(bpy.types.Panel):
         column.operator("bentlight.cycles_setup", text="Update Lenses" if ready else "Use in Cycles")
         if ready:
             column.operator("bentlight.cycles_clear")
+            column.use_property_split, column.use_property_decorate = True, False
+            column.prop(context.scene.bentlight, "sky_filter")
             tell(column, iface_("Lamps do not shine through lenses"), context.region.width, icon="INFO")
 
 

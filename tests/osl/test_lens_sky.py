@@ -2,6 +2,7 @@
 pictures without the filter, and what is left as it is."""
 
 import bpy
+import materials
 import numpy as np
 import objects
 import pytest
@@ -16,7 +17,8 @@ _MEASURE = """
 shader measure(vector Vector = 0, float Sky = 0, int Squares = 0, output closure color BSDF = 0)
 {
   vector x = Dx(Vector), y = Dy(Vector);
-  if (Sky > 0) BSDF = emission() * (Squares ? color(dot(x, x), dot(y, y), dot(x, y) + 1) : color(Vector) + 2);
+  color squares = 1e6 * color(dot(x, x), dot(y, y), dot(x, y)) + color(0, 0, 1e3);
+  if (Sky > 0) BSDF = emission() * (Squares ? squares : color(Vector) + 2);
 }
 """
 
@@ -55,10 +57,10 @@ def show(scene, image):
     return node
 
 
-def hole_before(scene, image, kind="isotropic"):
+def hole_before(scene, image, kind="isotropic", far=1):
     """A hole before a sky, set up for small pictures."""
     node = show(scene, image)
-    objects.camera((0.3, -8, 1.3), (0, 0, 0), lens_mm=60)
+    objects.camera((0.3 * far, -8 * far, 1.3 * far), (0, 0, 0), lens_mm=60 * far)
     add_spacetime(kind)
     rendering.set_size(scene, *SIZE)
     assert bpy.ops.bentlight.cycles_setup() == {"FINISHED"}
@@ -110,9 +112,10 @@ def measured(scene, folder, squares):
 
 @pytest.mark.parametrize("kind", SPACES)
 def test_footprints_are_the_differences_of_neighboring_pixels(kind, scene, tmp_path):
-    """The ellipse of directions over a pixel, by the lens, from an eighth of it, and by differences of the picture itself
-    where these hardly change from one pixel to the next. What is left is how the map bends across a pixel."""
-    hole_before(scene, sky_file(tmp_path, points()), kind)
+    """The ellipse of directions over a pixel, by the lens, from an eighth of it, and by the picture's differences where
+    these hardly change from one pixel to the next. What is left is how the map bends across a pixel. The camera is far
+    away, for Cycles takes all its pixels for as wide as that in the middle."""
+    hole_before(scene, sky_file(tmp_path, points()), kind, far=5)
     rendering.set_size(scene, 288, 168)
     scene.cycles.samples, scene.bentlight.sky_filter = 1, 0.125
     setup.update(scene, bpy.context.evaluated_depsgraph_get())
@@ -124,7 +127,7 @@ def test_footprints_are_the_differences_of_neighboring_pixels(kind, scene, tmp_p
     bend_x = np.linalg.norm(toward[1:-1, 2:] + toward[1:-1, :-2] - 2 * toward[1:-1, 1:-1], axis=-1)
     bend_y = np.linalg.norm(toward[2:, 1:-1] + toward[:-2, 1:-1] - 2 * toward[1:-1, 1:-1], axis=-1)
     sum_seen, product_seen = (x * x + y * y).sum(-1), (x * x).sum(-1) * (y * y).sum(-1) - (x * y).sum(-1) ** 2
-    xx, yy, xy = np.moveaxis((squares[1:-1, 1:-1] - (0, 0, 1)) * 64, -1, 0)
+    xx, yy, xy = np.moveaxis((squares[1:-1, 1:-1] - (0, 0, 1e3)) * 64e-6, -1, 0)
     even = inner & (np.maximum(bend_x, bend_y) < 0.02 * np.sqrt(sum_seen))
     assert even.sum() > 2000
     # axes' squares by sum and product; frames differ, what is the same in all of them does not
@@ -136,21 +139,27 @@ def test_footprints_are_the_differences_of_neighboring_pixels(kind, scene, tmp_p
 
 @pytest.mark.parametrize("kind", ["isotropic", "kerr"])
 def test_points_make_less_noise_and_as_much_light(kind, scene, tmp_path):
-    """Texels smaller than pixels before a hole: the filter takes most of the noise, and its pictures are as near to the
-    picture of many samples as their noise and what it smooths let them be."""
+    """Texels smaller than pixels before a hole: the filter takes most of the noise, keeps the light, and blurs no more
+    than a Gaussian of a quarter of a pixel does, which is its width: where a texel is wider it leaves it alone."""
     hole_before(scene, sky_file(tmp_path, points()), kind)
     noise, light = {}, {}
     for sky_filter in (0.0, 1.0):
         pictures = np.stack([picture(scene, sky_filter, seed)[..., 0] for seed in range(4)])
         noise[sky_filter] = pictures.var(axis=0, ddof=1).mean()
-        light[sky_filter] = pictures.sum(axis=(1, 2))
+        light[sky_filter], mean = pictures.sum(axis=(1, 2)), pictures.mean(axis=0)
     assert noise[1.0] < noise[0.0] / 4
-    truth = picture(scene, 0.0, 9, 1024)[..., 0]
+    rendering.set_size(scene, 4 * SIZE[0], 4 * SIZE[1])
+    fine = picture(scene, 0.0, 9, 32)[..., 0]
+    rendering.set_size(scene, *SIZE)
+    weights = np.exp(-(np.arange(-4, 5) ** 2) / 2) / np.exp(-(np.arange(-4, 5) ** 2) / 2).sum()
+    blurred = fine
+    for axis in (0, 1):
+        blurred = np.apply_along_axis(np.convolve, axis, blurred, weights, "same")
+    truth, most = (each.reshape(SIZE[1], 4, SIZE[0], 4).mean((1, 3)) for each in (fine, blurred))
     error = np.sqrt(light[1.0].var(ddof=1) / 4) / truth.sum()
-    # the filter's own share: see docs/limits.md
-    assert abs(light[1.0].mean() / truth.sum() - 1) < 4 * error + 0.01
-    assert error < 0.01
-    assert ((picture(scene, 1.0, 5)[..., 0] - truth) ** 2).mean() < 1.5 * noise[1.0]
+    # light moves between places that are magnified differently: docs/limits.md
+    assert error < 0.005 and abs(light[1.0].mean() / truth.sum() - 1) < 4 * error + 0.005
+    assert ((mean - truth) ** 2).mean() - noise[1.0] / 4 < ((most - truth) ** 2).mean()
 
 
 def turn(scene, node):
@@ -162,10 +171,12 @@ def turn(scene, node):
     tree.links.new(mapping.outputs["Vector"], node.inputs["Vector"])
 
 
-@pytest.mark.parametrize("kind", SPACES)
-@pytest.mark.parametrize("how", ["plain", "turned", "stars", "wall"])
+@pytest.mark.parametrize(
+    ("kind", "how"),
+    [("isotropic", "plain"), ("kerr", "turned"), ("wormhole", "stars"), ("areal", "wall"), ("wormhole", "wall")],
+)
 def test_smooth_skies_look_the_same(kind, how, scene, tmp_path):
-    """Details wide enough for the filter to change nothing: all else that the world has, and meshes, stay as they are."""
+    """Details wide enough for the filter to change nothing: all else of the world, and meshes, stay as they are."""
     if how == "stars":
         settings = scene.world.bentlight
         settings.stars, settings.star_count, settings.star_strength = "PROCEDURAL", 300, 30
@@ -174,15 +185,16 @@ def test_smooth_skies_look_the_same(kind, how, scene, tmp_path):
         turn(scene, node)
         scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.7
     if how == "wall":
-        objects.quad("Wall", (-6, 5, -6), (7, 0, 0), (0, 0, 12), objects.emissive("Light", (0.2, 0.5, 0.9)))
-    pictures = [[picture(scene, sky_filter, seed) for seed in (1, 2, 3, 4)] for sky_filter in (0.0, 1.0)]
-    without, with_it = (np.mean(each, axis=0) for each in pictures)
-    spread = np.stack([np.var(each, axis=0, ddof=1) for each in pictures]).sum(axis=0) / 4
-    score = (with_it - without).sum((0, 1)) / np.sqrt(spread.sum((0, 1)))
-    assert np.abs(with_it.mean() / without.mean() - 1) < 2e-3 or np.abs(score).max() < 4
-    # no place is another color: blocks of 8 x 8 pixels
-    blocks = (with_it - without).reshape(7, 8, 12, 8, 3).mean((1, 3))
-    assert np.abs(blocks).max() < 0.03
+        objects.quad("Wall", (-6, 5, -6), (7, 0, 0), (0, 0, 12), materials.emission("Light", (0.2, 0.5, 0.9)))
+    pictures = [[picture(scene, sky_filter, seed) for seed in range(4)] for sky_filter in (0.0, 1.0)]
+    without, with_it = (np.stack(each).reshape(4, 7, 8, 12, 8, 3).mean((2, 4)) for each in pictures)
+    off = with_it.mean(0) - without.mean(0)  # of blocks of 8 x 8 pixels, in each color
+    variance = (with_it.var(0, ddof=1) + without.var(0, ddof=1)) / 4
+    score = off.sum((0, 1)) / np.sqrt(variance.sum((0, 1)))
+    assert (
+        np.abs(score).max() < 5
+    )  # of Student's distribution with 3 to 6 degrees of freedom a place, of which there are 84
+    assert (off**2).sum() / variance.sum() < 2
 
 
 def test_bytes_on_the_srgb_curve(scene, tmp_path):
