@@ -3,8 +3,8 @@ ray stands for, however bending stretches it.
 
 Cycles tells a world nothing of that, so rays that leave a lens for the sky end in its material (osl/lens.osl), which
 knows. Only where that changes nothing else: for worlds with images of the sky, made of nodes that ask for no more
-than a direction, seen by the camera, without a volume or a transparent film; and on CPUs, for shaders of graphics cards
-cannot ask whether a ray meets something.
+than a direction, seen by the camera in all view layers, without a light group, a volume or a transparent film; and on
+CPUs, for shaders of graphics cards cannot ask whether a ray meets something.
 """
 
 from __future__ import annotations
@@ -85,16 +85,14 @@ class Sky(NamedTuple):
 
 def read(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Sky | None:
     """The sky of a scene's world in this frame; None where the world itself is to be seen, its images as they are."""
-    world = scene.world and scene.world.evaluated_get(depsgraph)
-    on_gpu = scene.cycles.device == "GPU"
-    if not world or on_gpu or scene.bentlight.sky_filter == 0 or scene.render.film_transparent:
+    if not _may_be_copied(scene):
         return None
-    star_node = stars.find(scene.world.node_tree) if node_tree(scene.world) else None
-    tree = node_tree(world)
+    star_node = stars.find(scene.world.node_tree)
+    tree = node_tree(scene.world.evaluated_get(depsgraph))
     if star_node and star_node.name not in tree.nodes:  # they have only just been added
         tree = scene.world.node_tree
-    output = tree.get_output_node("CYCLES") if tree else None
-    if not output or output.inputs["Volume"].is_linked or not world.cycles_visibility.camera:
+    output = tree.get_output_node("CYCLES")
+    if not output or output.inputs["Volume"].is_linked:
         return None
     others = [node for node in tree.nodes if STARS_MARK not in node and node.bl_idname != "NodeFrame"]
     if not all(_is_known(node) for node in others):
@@ -107,6 +105,16 @@ def read(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Sky | None:
     nodes, links = node_copy.describe(tree)
     nodes |= {name: node_copy.NodeData(_PLACEHOLDER, {}, ()) for name in told}  # code is not copied
     return Sky(node_copy.TreeData(nodes, links), output.name, images, told)
+
+
+def _may_be_copied(scene: bpy.types.Scene) -> bool:
+    """Whether a scene's settings let lenses shine instead of its world."""
+    world = scene.world
+    if not world or not node_tree(world) or world.lightgroup or not world.cycles_visibility.camera:
+        return False
+    if scene.cycles.device == "GPU" or scene.bentlight.sky_filter == 0 or scene.render.film_transparent:
+        return False
+    return all(layer.use_sky and not getattr(layer, "world_override", None) for layer in scene.view_layers)
 
 
 def _is_known(node: bpy.types.Node) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,6 +19,18 @@ log = logging.getLogger(__name__)
 _HALF_MAX = 65504.0
 
 
+class _Key(NamedTuple):
+    """Tells whether an image is what it was, as long as nobody paints on it."""
+
+    name: str
+    size: tuple[int, int]
+    path: str
+    changed_ns: int | None  # when the file was, if there is one
+    color_space: str
+    alpha_mode: str
+    is_painted: bool
+
+
 class File(NamedTuple):
     """A file of the folder of the tables, top row first; `height`: its rows."""
 
@@ -25,27 +38,36 @@ class File(NamedTuple):
     height: int
 
 
-_files: dict[tuple, File] = {}  # reading pixels takes longer than a change of the scene may
+_files: dict[_Key, File | None] = {}  # reading pixels takes longer than a change of the scene may
 
 
 def forget() -> None:
-    """What is in images is read afresh: their pixels may have changed."""
-    _files.clear()
+    """What may have been painted since is read afresh."""
+    for key in [key for key in _files if key.is_painted]:
+        del _files[key]
 
 
 def file_of(image: bpy.types.Image) -> File | None:
     """The file of an image; None for those that change from frame to frame, and those that cannot be read."""
     if image.source in ("SEQUENCE", "MOVIE", "TILED"):
         return None
-    key = (image.name_full, tuple(image.size), image.filepath, image.colorspace_settings.name, image.alpha_mode)
-    if key not in _files or not _files[key].path.is_file():
+    key = _key(image)
+    if key not in _files or (_files[key] and not _files[key].path.is_file()):
         try:
             colors = _linear(image)
+            _files[key] = File(files.named_by_content("sky", colors[::-1]), len(colors))
         except RenderError as error:
             log.warning("%s", error)
-            return None
-        _files[key] = File(files.named_by_content("sky", colors[::-1]), len(colors))
+            _files[key] = None
     return _files[key]
+
+
+def _key(image: bpy.types.Image) -> _Key:
+    path = bpy.path.abspath(image.filepath, library=image.library)
+    changed = os.stat(path).st_mtime_ns if os.path.isfile(path) else None
+    is_painted = image.is_dirty or image.source == "GENERATED"
+    space = image.colorspace_settings.name
+    return _Key(image.name_full, tuple(image.size), path, changed, space, image.alpha_mode, is_painted)
 
 
 def _linear(image: bpy.types.Image) -> np.ndarray:

@@ -10,7 +10,7 @@ import rendering
 from bentlight_native.exr import write_exr
 from test_lens_pictures import SPACES, add_spacetime
 
-from blender_addon.cycles import lens, lens_sky, setup, shaders
+from blender_addon.cycles import lens, lens_sky, setup, shaders, sky_images
 
 SIZE = (96, 56)
 _MEASURE = """
@@ -224,6 +224,8 @@ def test_what_is_not_filtered(scene, tmp_path):
         (scene.bentlight, "sky_filter", 0.0),
         (scene.render, "film_transparent", True),
         (scene.world.cycles_visibility, "camera", False),
+        (scene.world, "lightgroup", "Sky"),
+        (scene.view_layers[0], "use_sky", False),
         (node, "projection", "MIRROR_BALL"),
         (node, "image", None),
     ):
@@ -246,6 +248,28 @@ def test_transparent_films_show_a_hole_as_ever(scene, tmp_path):
     hole_before(scene, sky_file(tmp_path, points(10, 64)))
     scene.render.film_transparent = True
     assert picture(scene, 1.0).max() == 0
+
+
+def test_images_are_read_again_when_they_change(scene, tmp_path):
+    """A file of other pixels, one that is painted on, and one that is gone."""
+    node = hole_before(scene, sky_file(tmp_path, points(10, 64)))
+    first = sky_images.file_of(node.image)
+    assert sky_images.file_of(node.image) is first and first.path.is_file()
+    sky_file(tmp_path, points(20, 64))
+    node.image.reload()
+    second = sky_images.file_of(node.image)
+    assert second.path != first.path and second.height == 64
+    second.path.unlink()
+    assert sky_images.file_of(node.image) == second and second.path.is_file()
+    painted = bpy.data.images.new("Painted", 8, 4, float_buffer=True)
+    black = sky_images.file_of(painted)
+    painted.pixels.foreach_set(np.ones(8 * 4 * 4, np.float32))
+    sky_images.forget()
+    assert sky_images.file_of(painted).path != black.path
+    node.image.filepath = str(tmp_path / "gone.exr")
+    node.image.reload()
+    assert sky_images.file_of(node.image) is None
+    assert not is_filtered(scene)
 
 
 def test_nodes_come_and_go(scene, tmp_path):
