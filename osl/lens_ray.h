@@ -4,6 +4,7 @@
  */
 #ifndef BENT_OSL_LENS_RAY_H
 #define BENT_OSL_LENS_RAY_H
+#include "derivatives.h"
 #include "lens_table.h"
 #include "transport.h"
 
@@ -90,19 +91,6 @@ vector change_beside(Lens lens, point q, vector d, float before, vector shift, v
     if (end == fate) change = side * (leaving(lens, end, out) - toward);
   }
   return change;
-}
-
-/* The same value, but without derivatives, which double what a ray costs: OSL reckons them for all that leads to a value
- * whose derivatives are asked for, by trace() too, except through messages. Their names must be literals. */
-#define STRIP_DERIVATIVES(name, value, same) \
-  setmessage(name, value);                   \
-  getmessage(name, same)
-
-/* Nothing, but with the derivatives of x. */
-float slope_of(float x)
-{
-  float rest = x - floor(x * 1e6) / 1e6;
-  return rest - floor(rest * 1e13) / 1e13;
 }
 
 /* `toward`, with the derivatives that it has over `pixels` of the picture, by rays so far apart. Cycles tells how far rays of

@@ -1,7 +1,9 @@
 """Use in Cycles and its undoing: what they change, what follows the holes, and what is made anew when it is missing."""
 
 import json
+import os
 import shutil
+import time
 
 import bpy
 import numpy as np
@@ -10,6 +12,7 @@ import pytest
 import rendering
 
 from blender_addon.cycles import files, lens, radius, setup, shaders
+from blender_addon.report import RenderError
 from blender_addon.ui import influence
 
 
@@ -271,6 +274,21 @@ def test_a_folder_that_cannot_be_written_is_an_error(scene, monkeypatch, tmp_pat
     with pytest.raises(RuntimeError, match="cannot be written"):
         bpy.ops.bentlight.cycles_setup()
     assert state(scene) == before
+
+
+def test_files_that_nobody_asks_for_are_removed_after_a_month(own_tables):
+    pixels = np.zeros((3, 2, 2, 1), np.float32) + np.arange(3)[:, None, None, None]
+    first, second = (files.named_by_content("colors", each) for each in pixels[:2])
+    other = files.named_by_content("sky", pixels[0])
+    month_ago = time.time() - 32 * 24 * 3600
+    for path in (first, second, other):
+        os.utime(path, (month_ago, month_ago))
+    assert files.named_by_content("colors", pixels[0]) == first
+    third = files.named_by_content("colors", pixels[2])
+    assert sorted(own_tables.iterdir()) == sorted([first, third, other])
+    with pytest.raises(RenderError, match="cannot be written"):
+        shutil.rmtree(own_tables)
+        files.named_by_content("colors", pixels[1])
 
 
 def test_the_engine_does_not_see_lenses(scene):
