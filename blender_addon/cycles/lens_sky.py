@@ -3,8 +3,8 @@ ray stands for, however bending stretches it.
 
 Cycles tells a world nothing of that, so rays that leave a lens for the sky end in its material (osl/lens.osl), which
 knows. Only where that changes nothing else: for worlds with images of the sky, made of nodes that ask for no more
-than a direction, seen by the camera in all view layers, without a light group, a volume or a transparent film; and on
-CPUs, for shaders of graphics cards cannot ask whether a ray meets something.
+than a direction, seen by the camera in all view layers, without an Environment pass, a light group, a volume or a
+transparent film; and on CPUs, for shaders of graphics cards cannot ask whether a ray meets something.
 """
 
 from __future__ import annotations
@@ -114,7 +114,10 @@ def _may_be_copied(scene: bpy.types.Scene) -> bool:
         return False
     if scene.cycles.device == "GPU" or scene.bentlight.sky_filter == 0 or scene.render.film_transparent:
         return False
-    return all(layer.use_sky and not getattr(layer, "world_override", None) for layer in scene.view_layers)
+    return not any(
+        not layer.use_sky or layer.use_pass_environment or getattr(layer, "world_override", None)
+        for layer in scene.view_layers
+    )
 
 
 def _is_known(node: bpy.types.Node) -> bool:

@@ -226,6 +226,7 @@ def test_what_is_not_filtered(scene, tmp_path):
         (scene.world.cycles_visibility, "camera", False),
         (scene.world, "lightgroup", "Sky"),
         (scene.view_layers[0], "use_sky", False),
+        (scene.view_layers[0], "use_pass_environment", True),
         (node, "projection", "MIRROR_BALL"),
         (node, "image", None),
     ):
