@@ -76,8 +76,12 @@ def _linear(image: bpy.types.Image) -> np.ndarray:
     colors = pixels.values[..., :3]
     if colors.dtype == np.uint8:
         codes = np.arange(256) / 255
-        curve = np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
-        colors = (curve if pixels.srgb else codes).astype(np.float16)[colors]
+        colors = (_decoded(codes) if pixels.srgb else codes).astype(np.float16)[colors]
     elif pixels.srgb:
-        colors = np.where(colors <= 0.04045, colors / 12.92, ((colors + 0.055) / 1.055) ** 2.4)
+        colors = _decoded(colors)
     return colors.astype(np.float16 if np.abs(colors).max(initial=0) < _HALF_MAX else np.float32)
+
+
+def _decoded(values: np.ndarray) -> np.ndarray:
+    """From the sRGB curve (IEC 61966-2-1) to linear."""
+    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
