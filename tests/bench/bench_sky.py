@@ -79,10 +79,10 @@ def measure(
         ORBIT.place_camera(scene, frame, size[0] / size[1])
         for sky_filter, list_ in pairs.items():
             list_.append(np.stack([render(scene, size, samples, seed, sky_filter) for seed in (frame, frames + frame)]))
-    return [_flicker(sky_filter, np.array(list_)) for sky_filter, list_ in pairs.items()]
+    return [flicker(sky_filter, np.array(list_)) for sky_filter, list_ in pairs.items()]
 
 
-def _flicker(sky_filter: float, pictures: np.ndarray) -> SkyFlicker:
+def flicker(sky_filter: float, pictures: np.ndarray) -> SkyFlicker:
     """Of (frames, 2 seeds, height, width)."""
     frames, _, height, width = pictures.shape
     squares = pictures.reshape(frames, 2, height // 4, 4, width // 4, 4).sum((3, 5))

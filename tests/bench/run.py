@@ -14,6 +14,7 @@ import bench_connect
 import bench_flicker
 import bench_intersect
 import bench_lens
+import bench_lens_sky
 import bench_lights
 import bench_relay
 import bench_room
@@ -194,7 +195,7 @@ def flicker_section(results: list[bench_flicker.Flicker]) -> str:
     return "## Flicker of an animation, over the contrast\n\n" + table(head, rows)
 
 
-def sky_section(results: list[bench_sky.SkyFlicker]) -> str:
+def sky_section(by: str, results: list[bench_sky.SkyFlicker]) -> str:
     """How much noise changes the light of a starry image from frame to frame."""
     rows = [
         [
@@ -205,7 +206,7 @@ def sky_section(results: list[bench_sky.SkyFlicker]) -> str:
         for each in results
     ]
     head = ["sky filter", "the whole picture", "4 x 4 pixels"]
-    return "## Flicker of an image of the sky, over its light, 16 samples\n\n" + table(head, rows)
+    return f"## Flicker of an image of the sky by {by}, over its light, 16 samples\n\n" + table(head, rows)
 
 
 def main() -> None:
@@ -244,7 +245,8 @@ def main() -> None:
     log.info("flicker")
     sections.append(flicker_section(bench_flicker.measure()))
     log.info("sky")
-    sections.append(sky_section(bench_sky.measure()))
+    sections.append(sky_section("the engine", bench_sky.measure()))
+    sections.append(sky_section("lenses in Cycles", bench_lens_sky.measure()))
 
     args.output.mkdir(parents=True, exist_ok=True)
     head = f"# Bentlight, measured\n\n{date.today()}, {processor()}, {bentlight_native.instruction_set()}.\n"
