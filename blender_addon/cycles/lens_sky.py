@@ -1,10 +1,11 @@
-"""What a lens shows of the sky to the camera: a copy of the world's nodes, whose images are averaged over what a camera
-ray stands for, however bending stretches it.
+"""What filtering changes in the sky behind a lens: images of the sky averaged over what a camera ray stands for, however
+bending stretches it, less what the world shows point by point.
 
-Cycles tells a world nothing of that, so rays that leave a lens for the sky end in its material (osl/lens.osl), which
-knows. Only where that changes nothing else: for worlds with images of the sky, made of nodes that ask for no more
-than a direction, seen by the camera in all view layers, without an Environment pass, a light group, a volume or a
-transparent film; and on CPUs, for shaders of graphics cards cannot ask whether a ray meets something.
+Cycles tells a world nothing of that, but lenses know (osl/lens.osl). So a lens' material has two copies of the world's
+nodes, with images filtered and as they are, and shines as they differ; rays go on to the world, which shows the rest and
+leaves all passes as they are. Only for worlds with images of the sky, made of nodes that ask for no more than a direction,
+seen by the camera in all view layers, without a light group, a volume or a transparent film; and on CPUs, for shaders of
+graphics cards cannot ask whether a ray meets something.
 """
 
 from __future__ import annotations
@@ -18,10 +19,10 @@ from ..sync.material import node_tree
 from ..sync.nodes.shaders import STARS_MARK
 from . import node_copy, shaders, sky_images, stars
 
-SOCKETS = {"Toward": "NodeSocketVector", "Sky": "NodeSocketColor"}
+SOCKETS = {"Toward": "NodeSocketVector", "Along": "NodeSocketVector", "Sky": "NodeSocketColor"}
 """The outputs of the lens shader that this needs."""
 
-_KEY = "bentlight_sky"  # fingerprint of what a lens shows, and the mark of the nodes that show it
+_KEY = "bentlight_sky"  # fingerprint of what a lens filters, and the mark of the nodes that do
 _TREE = "Bentlight Sky"
 _IMAGE = "ShaderNodeTexEnvironment"
 _COORDINATE, _LIGHT = "ShaderNodeTexCoord", "ShaderNodeBackground"
@@ -75,7 +76,7 @@ _TEXTURES = {
 
 
 class Sky(NamedTuple):
-    """What a lens shows: the world's nodes; by the names of theirs, files of images, and what stars.osl is told."""
+    """What is filtered: the world's nodes; by the names of theirs, files of images, and what stars.osl is told."""
 
     nodes: node_copy.TreeData
     output: str  # name of the node that shows it
@@ -84,7 +85,7 @@ class Sky(NamedTuple):
 
 
 def read(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Sky | None:
-    """The sky of a scene's world in this frame; None where the world itself is to be seen, its images as they are."""
+    """The sky of a scene's world in this frame; None where nothing is to be filtered."""
     if not _may_be_copied(scene):
         return None
     star_node = stars.find(scene.world.node_tree)
@@ -108,16 +109,13 @@ def read(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Sky | None:
 
 
 def _may_be_copied(scene: bpy.types.Scene) -> bool:
-    """Whether a scene's settings let lenses shine instead of its world."""
+    """Whether a scene's settings let lenses add to its world."""
     world = scene.world
     if not world or not node_tree(world) or world.lightgroup or not world.cycles_visibility.camera:
         return False
     if scene.cycles.device == "GPU" or scene.bentlight.sky_filter == 0 or scene.render.film_transparent:
         return False
-    return not any(
-        not layer.use_sky or layer.use_pass_environment or getattr(layer, "world_override", None)
-        for layer in scene.view_layers
-    )
+    return not any(not layer.use_sky or getattr(layer, "world_override", None) for layer in scene.view_layers)
 
 
 def _is_known(node: bpy.types.Node) -> bool:
@@ -144,7 +142,7 @@ def seen(lens: bpy.types.Material) -> bpy.types.NodeSocket:
 
 
 def update(lens: bpy.types.Material, wanted: Sky | None) -> None:
-    """Makes the material of a lens show a sky; `None`: the world itself. Changes nothing if it does already."""
+    """Makes the material of a lens filter a sky; `None`: none. Changes nothing if it does already."""
     key = shaders.digest(wanted) if wanted else ""
     if lens.get(_KEY, "") == key:
         return
@@ -181,21 +179,22 @@ def _script(lens: bpy.types.Material) -> bpy.types.Node:
 
 
 def _group(sky: Sky) -> bpy.types.NodeTree:
-    """The world as a group: of a direction and of how much of it is seen, what is seen there."""
+    """What filtering changes in the world, as a group: of a direction and of how much of it is seen."""
     tree = bpy.data.node_groups.new(_TREE, "ShaderNodeTree")
     for name, kind in SOCKETS.items():
         tree.interface.new_socket(name, in_out="INPUT", socket_type=kind)
     tree.interface.new_socket("Surface", in_out="OUTPUT", socket_type="NodeSocketShader")
     given, result = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
-    part = shaders.new_node(tree, "tint", {"Behind": ("NodeSocketShader", None), "Color": ("NodeSocketColor", None)})
-    tree.links.new(given.outputs["Sky"], part.inputs["Color"])
-    tree.links.new(part.outputs[0], result.inputs["Surface"])
-    made = node_copy.build(tree, sky.nodes)
-    for name, node in made.items():
-        _adapt(tree, node, given.outputs["Toward"], sky.images.get(name), sky.stars.get(name))
-    output = made[sky.output]
-    for link in output.inputs["Surface"].links:
-        tree.links.new(link.from_socket, part.inputs["Behind"])
+    inputs = {"Filtered": ("NodeSocketShader", None), "Plain": ("NodeSocketShader", None)}
+    change = shaders.new_node(tree, "sky_change", inputs | {"Color": ("NodeSocketColor", None)})
+    tree.links.new(given.outputs["Sky"], change.inputs["Color"])
+    tree.links.new(change.outputs[0], result.inputs["Surface"])
+    for name, direction, images in (("Filtered", "Toward", sky.images), ("Plain", "Along", {})):
+        made = node_copy.build(tree, sky.nodes)
+        for key, node in made.items():
+            _adapt(tree, node, given.outputs[direction], images.get(key), sky.stars.get(key))
+        for link in made[sky.output].inputs["Surface"].links:
+            tree.links.new(link.from_socket, change.inputs[name])
     for node in [node for node in tree.nodes if node.bl_idname == _OUTPUT]:
         tree.nodes.remove(node)
     return tree

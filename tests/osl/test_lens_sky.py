@@ -11,6 +11,7 @@ from bentlight_native.exr import write_exr
 from test_lens_pictures import SPACES, add_spacetime
 
 from blender_addon.cycles import lens, lens_sky, setup, shaders, sky_images
+from tests.engine import stage
 
 SIZE = (96, 56)
 _MEASURE = """
@@ -215,6 +216,38 @@ def test_bytes_on_the_srgb_curve(scene, tmp_path):
     assert abs(with_it.mean() - without.mean()) < 5 * error + 0.01 * without.mean()
 
 
+def test_passes_are_those_of_what_lies_behind(scene, tmp_path):
+    """Bit for bit what they are without the filter, but Emission, which has what the filter changes; a lamp before the
+    sky shines as ever."""
+    hole_before(scene, sky_file(tmp_path, smooth()), "kerr")
+    objects.quad("Wall", (-6, 5, -6), (7, 0, 0), (0, 0, 12), materials.emission("Light", (0.2, 0.5, 0.9)))
+    lamp = bpy.data.lights.new("Lamp", "POINT")
+    lamp.energy, lamp.shadow_soft_size = 1e5, 0.6
+    shown = objects.place(bpy.data.objects.new("Lamp", lamp))
+    shown.location, shown.visible_camera = (3, 5, 0), True
+    layer = scene.view_layers[0]
+    for name in ("z", "mist", "position", "normal", "object_index", "uv", "emit", "environment", "cryptomatte_object"):
+        setattr(layer, f"use_pass_{name}", True)
+    lens.all_of(scene)[0].pass_index = 7
+    scene.cycles.samples, scene.cycles.filter_width = 1, 0.01
+    scene.render.engine, scene.cycles.pixel_filter_type = "CYCLES", "BOX"
+    scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
+    passes = []
+    for scene.bentlight.sky_filter in (0.0, 1.0):
+        setup.update(scene, bpy.context.evaluated_depsgraph_get())
+        passes.append(stage.render(tmp_path))
+    without, with_it = passes
+    assert len(without) > 10 and with_it.keys() == without.keys()
+    for name in without.keys() - {"Combined", "Emission"}:
+        np.testing.assert_array_equal(with_it[name], without[name], name)
+    change, added = (with_it[name][..., :3] - without[name][..., :3] for name in ("Combined", "Emission"))
+    np.testing.assert_allclose(change, added, atol=1e-6 * without["Combined"].max())
+    assert without["Depth"].max() == 1e10 and np.abs(added)[without["Depth"][..., 0] == 1e10].max() > 0.1
+    shining = without["Combined"][..., 0] > 100
+    assert shining.sum() > 20
+    np.testing.assert_allclose(with_it["Combined"][shining], without["Combined"][shining], atol=1)
+
+
 def test_what_is_not_filtered(scene, tmp_path):
     """Where a material could not show what the world does, or nobody asks, rays leave a lens as ever."""
     node = hole_before(scene, sky_file(tmp_path, points(10, 64)))
@@ -226,7 +259,6 @@ def test_what_is_not_filtered(scene, tmp_path):
         (scene.world.cycles_visibility, "camera", False),
         (scene.world, "lightgroup", "Sky"),
         (scene.view_layers[0], "use_sky", False),
-        (scene.view_layers[0], "use_pass_environment", True),
         (node, "projection", "MIRROR_BALL"),
         (node, "image", None),
     ):
