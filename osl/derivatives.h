@@ -17,4 +17,14 @@ float slope_of(float x)
   float rest = x - fixed(x);
   return rest - floor(rest * 1e13) / 1e13;
 }
+
+/* The same value, with what it changes by from one pixel to the next as its derivatives. On a surface. */
+vector with_slopes(vector value, vector change_x, vector change_y)
+{
+  vector x = Dx(P), y = Dy(P), same = 0, across = 0, up = 0;
+  STRIP_DERIVATIVES("value", value, same);
+  STRIP_DERIVATIVES("across", change_x, across);
+  STRIP_DERIVATIVES("up", change_y, up);
+  return same + slope_of(dot(P, x) / dot(x, x)) * across + slope_of(dot(P, y) / dot(y, y)) * up;
+}
 #endif

@@ -98,16 +98,14 @@ vector change_beside(Lens lens, point q, vector d, float before, vector shift, v
  */
 vector with_derivatives(Lens lens, point q, vector d, float before, int fate, vector toward, float pixels)
 {
-  vector x = Dx(P), y = Dy(P), beside[2], across = 0, up = 0;
-  float apart = pixels * length(x), angle = pixels * length(Dx(I));
+  float apart = pixels * length(Dx(P)), angle = pixels * length(Dx(I));
   if (apart == 0) return toward;
   float to_object = length(transform("world", "object", normalize(I)));
+  vector beside[2];
   beside[0] = normalize(cross(d, abs(d[2]) < 0.9 ? vector(0, 0, 1) : vector(1, 0, 0)));
   beside[1] = cross(d, beside[0]);
   for (int i = 0; i < 2; i++)
     beside[i] = change_beside(lens, q, d, before, apart * to_object * beside[i], angle * beside[i], fate, toward);
-  STRIP_DERIVATIVES("across", beside[0], across);
-  STRIP_DERIVATIVES("up", beside[1], up);
-  return toward + slope_of(dot(P, x) / dot(x, x)) * across + slope_of(dot(P, y) / dot(y, y)) * up;
+  return with_slopes(toward, beside[0], beside[1]);
 }
 #endif

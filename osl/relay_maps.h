@@ -44,6 +44,9 @@ float relay_shift(int slice, float step, int parts)
 struct RelayPart {
   string path;
   float s, t;
+  int fine;            /* parts of a pixel in each direction */
+  float wide, high;    /* of a part, as fractions of the files */
+  float along, across; /* of what it lies in, where neighbors in the files are neighbors in the image */
 };
 
 color relay_value(RelayPart part, string name)
@@ -62,7 +65,10 @@ RelayPart relay_part(RelayMaps maps, int slice, float across, float up)
   y = clamp(y, edge, rows - edge);
   int band = int(y) / maps.band;
   string path = format("%s%02d_%04d_", maps.path, slice, band);
-  RelayPart part = {path, x / columns, (y - band * maps.band) / maps.band};
+  RelayPart part;
+  part.path = path, part.s = x / columns, part.t = (y - band * maps.band) / maps.band;
+  part.fine = maps.parts, part.along = 1, part.across = 1;
+  part.wide = 1.0 / (columns * maps.parts), part.high = 1.0 / (maps.band * maps.parts);
   color cell = relay_value(part, "cells");
   if (cell[0] > 0) {
     int finer = int(cell[0]) % RELAY_CELL, number = int(cell[0]) / RELAY_CELL;
@@ -73,21 +79,48 @@ RelayPart relay_part(RelayMaps maps, int slice, float across, float up)
     int cells = size[0] / fine;
     part.s = (mod(number, cells) + x - floor(x)) * fine / size[0];
     part.t = (number / cells + y - floor(y)) * fine / size[1];
+    part.fine = fine, part.wide = 1.0 / size[0], part.high = 1.0 / size[1];
+    part.along = fine * part.wide, part.across = fine * part.high;
   }
   return part;
 }
 
-/* The leg of a part. */
-void relay_leg(RelayMaps maps, RelayPart part, output point place, output vector direction)
+/* The leg of a part; whether it leads to the sky. */
+int relay_leg(RelayMaps maps, RelayPart part, output point place, output vector direction)
 {
   direction = vector(relay_value(part, "direction"));
   float largest = max(max(abs(direction[0]), abs(direction[1])), abs(direction[2]));
+  int to_sky = largest > sqrt(RELAY_TO_SKY);
   place = point(0);
-  if (largest > sqrt(RELAY_TO_SKY)) {
+  if (to_sky) {
     direction /= RELAY_TO_SKY;
     place = point(maps.far * normalize(direction));
   } else if (largest > 0) {
     place = point(relay_value(part, "place"));
   }
+  return to_sky;
+}
+
+/* By how much the direction to the sky of a part changes in one pixel, to the right or upward: from it to a part almost
+ * `maps.parts` parts farther, or before it if that is not to the sky; 0 if neither is. */
+vector relay_change(RelayMaps maps, RelayPart part, vector toward, int upward)
+{
+  int steps = max(maps.parts - 1, 1);
+  vector change = 0;
+  for (int side = 1; side > -2 && change == vector(0); side -= 2) {
+    RelayPart beside = part;
+    if (upward) {
+      beside.t += side * steps * part.high;
+    } else {
+      beside.s += side * steps * part.wide;
+    }
+    int is_near = floor(beside.s / part.along) == floor(part.s / part.along) &&
+                  floor(beside.t / part.across) == floor(part.t / part.across);
+    point place;
+    vector direction;
+    if (is_near && relay_leg(maps, beside, place, direction))
+      change = (normalize(direction) - normalize(toward)) * (side * part.fine) / steps;
+  }
+  return change;
 }
 #endif

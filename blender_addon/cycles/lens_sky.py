@@ -1,11 +1,11 @@
-"""What filtering changes in the sky behind a lens: images of the sky averaged over what a camera ray stands for, however
-bending stretches it, less what the world shows point by point.
+"""What filtering changes in the sky as the camera sees it through a lens or by relay: images of the sky averaged over
+what a ray stands for, however bending stretches it, less what the world shows point by point.
 
-Cycles tells a world nothing of that, but lenses know (osl/lens.osl). So a lens' material has two copies of the world's
-nodes, with images filtered and as they are, and shines as they differ; rays go on to the world, which shows the rest and
-leaves all passes as they are. Only for worlds with images of the sky, made of nodes that ask for no more than a direction,
-seen by the camera in all view layers, without a light group, a volume or a transparent film; and on CPUs, for shaders of
-graphics cards cannot ask whether a ray meets something.
+Cycles tells a world nothing of that, but osl/lens.osl and osl/relay_screen.osl know. So their materials have two copies
+of the world's nodes, with images filtered and as they are, and shine as these differ; rays go on to the world, which
+shows the rest and leaves all passes as they are. Only for worlds with images of the sky, made of nodes that ask for no
+more than a direction, seen by the camera in all view layers, without a light group, a volume or a transparent film; and
+on CPUs: graphics cards' shaders cannot ask whether a ray meets something.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from ..sync.nodes.shaders import STARS_MARK
 from . import node_copy, shaders, sky_images, stars
 
 SOCKETS = {"Toward": "NodeSocketVector", "Along": "NodeSocketVector", "Sky": "NodeSocketColor"}
-"""The outputs of the lens shader that this needs."""
+"""The outputs of their shaders that this needs."""
 
-_KEY = "bentlight_sky"  # fingerprint of what a lens filters, and the mark of the nodes that do
+_KEY = "bentlight_sky"  # fingerprint of what is filtered, and the mark of the nodes that do
 _TREE = "Bentlight Sky"
 _IMAGE = "ShaderNodeTexEnvironment"
 _COORDINATE, _LIGHT = "ShaderNodeTexCoord", "ShaderNodeBackground"
@@ -134,21 +134,21 @@ def pixels(scene: bpy.types.Scene) -> float:
     return scene.bentlight.sky_filter / math.sqrt(scene.cycles.samples)
 
 
-def seen(lens: bpy.types.Material) -> bpy.types.NodeSocket:
-    """What a lens shows behind any disk."""
-    nodes = lens.node_tree.nodes
+def seen(material: bpy.types.Material) -> bpy.types.NodeSocket:
+    """What a material shows behind any disk."""
+    nodes = material.node_tree.nodes
     both = next((node for node in nodes if _KEY in node and node.bl_idname == "ShaderNodeAddShader"), None)
-    return both.outputs[0] if both else _script(lens).outputs["BSDF"]
+    return both.outputs[0] if both else _script(material).outputs["BSDF"]
 
 
-def update(lens: bpy.types.Material, wanted: Sky | None) -> None:
-    """Makes the material of a lens filter a sky; `None`: none. Changes nothing if it does already."""
+def update(material: bpy.types.Material, wanted: Sky | None) -> None:
+    """Makes a material filter a sky; `None`: none. Changes nothing if it does already."""
     key = shaders.digest(wanted) if wanted else ""
-    if lens.get(_KEY, "") == key:
+    if material.get(_KEY, "") == key:
         return
-    clear(lens)
+    clear(material)
     if wanted:
-        tree, script = lens.node_tree, _script(lens)
+        tree, script = material.node_tree, _script(material)
         group, both = tree.nodes.new("ShaderNodeGroup"), tree.nodes.new("ShaderNodeAddShader")
         group[_KEY] = both[_KEY] = ""
         group.node_tree = _group(wanted)
@@ -158,24 +158,24 @@ def update(lens: bpy.types.Material, wanted: Sky | None) -> None:
             tree.links.new(script.outputs[name], group.inputs[name])
         tree.links.new(script.outputs["BSDF"], both.inputs[0])
         tree.links.new(group.outputs[0], both.inputs[1])
-        lens[_KEY] = key
+        material[_KEY] = key
 
 
-def clear(lens: bpy.types.Material) -> None:
+def clear(material: bpy.types.Material) -> None:
     """Takes the nodes of a sky out again."""
-    if _KEY not in lens:
+    if _KEY not in material:
         return
-    node_copy.take_over(lens.node_tree, seen(lens), _script(lens).outputs["BSDF"])
-    for node in [node for node in lens.node_tree.nodes if _KEY in node]:
+    node_copy.take_over(material.node_tree, seen(material), _script(material).outputs["BSDF"])
+    for node in [node for node in material.node_tree.nodes if _KEY in node]:
         group = getattr(node, "node_tree", None)
-        lens.node_tree.nodes.remove(node)
+        material.node_tree.nodes.remove(node)
         if group:
             bpy.data.node_groups.remove(group)
-    del lens[_KEY]
+    del material[_KEY]
 
 
-def _script(lens: bpy.types.Material) -> bpy.types.Node:
-    return next(node for node in lens.node_tree.nodes if node.bl_idname == "ShaderNodeScript")
+def _script(material: bpy.types.Material) -> bpy.types.Node:
+    return next(node for node in material.node_tree.nodes if node.bl_idname == "ShaderNodeScript")
 
 
 def _group(sky: Sky) -> bpy.types.NodeTree:

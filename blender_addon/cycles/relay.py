@@ -20,7 +20,7 @@ from ..sync.native import build_scene
 from ..sync.objects import read_scene
 from ..sync.scene_data import CameraData, MeshData, SceneData, Visibility
 from ..sync.standing import Still, standing, still_objects
-from . import disk, files, relay_maps, screen, shaders
+from . import disk, files, lens_sky, relay_maps, screen, shaders
 from .motion import Slice, camera_change, swept
 
 SHADER = "relay_camera"
@@ -99,7 +99,7 @@ def update(
         _forget(relay.name)
         maps = _bake(seen, files.folder("relay") / f"{_SESSION}_{fingerprint}_", settings, moving)
         _baked[relay.name] = fingerprint, maps
-    _show(scene, maps, seen[len(seen) // 2])
+    _show(scene, maps, seen[len(seen) // 2], lens_sky.read(scene, depsgraph))
     return maps
 
 
@@ -200,9 +200,10 @@ def _room_for_lamps(data: SceneData) -> np.ndarray:
     return room
 
 
-def _show(scene: bpy.types.Scene, maps: relay_maps.RelayMaps, data: SceneData) -> None:
+def _show(scene: bpy.types.Scene, maps: relay_maps.RelayMaps, data: SceneData, sky: lens_sky.Sky | None) -> None:
     """Gives Cycles the maps: by the camera alone, or also by the screen before one that stands still."""
-    screened = maps.parameters["Slices"] > 0 or maps.parameters["Disks"] > 0
+    parameters = maps.parameters | {"SkyFilter": lens_sky.pixels(scene) if sky else 0.0}
+    screened = parameters["Slices"] > 0 or parameters["Disks"] > 0 or parameters["SkyFilter"] > 0
     relay = scene.camera
     shader = shaders.compiled(SHADER)
     lens = relay.data
@@ -210,13 +211,13 @@ def _show(scene: bpy.types.Scene, maps: relay_maps.RelayMaps, data: SceneData) -
         lens.custom_mode = "INTERNAL"
         lens.custom_bytecode, lens.custom_bytecode_hash = shader.code, shader.key
     near = lens.clip_start = _typical_distance(data)
-    for name, value in (maps.parameters | {"Near": near}).items():
+    for name, value in (parameters | {"Near": near}).items():
         lens.cycles_custom[name] = value
     for constraint in relay.constraints:
         constraint.mute = screened
     if screened:
         relay.matrix_world = mathutils.Matrix(data.camera.world_from_camera)
-        screen.show(relay, maps.parameters, near)
+        screen.show(relay, parameters, near, sky)
         relay.bentlight.relay_switched_osl |= not scene.cycles.shading_system
         scene.cycles.shading_system = True  # of which the screen is
     else:

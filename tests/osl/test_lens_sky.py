@@ -7,60 +7,18 @@ import numpy as np
 import objects
 import pytest
 import rendering
-from bentlight_native.exr import write_exr
+import skies
 from test_lens_pictures import SPACES, add_spacetime
 
-from blender_addon.cycles import lens, lens_sky, setup, shaders, sky_images
+from blender_addon.cycles import lens, lens_sky, setup, sky_images
 from tests.engine import stage
 
 SIZE = (96, 56)
-_MEASURE = """
-shader measure(vector Vector = 0, float Sky = 0, int Squares = 0, output closure color BSDF = 0)
-{
-  vector x = Dx(Vector), y = Dy(Vector);
-  color squares = 1e6 * color(dot(x, x), dot(y, y), dot(x, y)) + color(0, 0, 1e3);
-  if (Sky > 0) BSDF = emission() * (Squares ? squares : color(Vector) + 2);
-}
-"""
-
-
-def sky_file(folder, pixels):
-    """An image of (height, width, 3), rows from the bottom."""
-    write_exr(folder / "sky.exr", {c: pixels[::-1, :, i].astype(np.float32) for i, c in enumerate("RGB")}, {})
-    return bpy.data.images.load(str(folder / "sky.exr"))
-
-
-def points(count=3000, height=512):
-    """White texels on black."""
-    rng, pixels = np.random.default_rng(3), np.zeros((height, 2 * height, 3))
-    row = ((np.arcsin(rng.uniform(-1, 1, count)) / np.pi + 0.5) * height).astype(int)
-    pixels[row, rng.integers(0, 2 * height, count)] = 1
-    return pixels
-
-
-def smooth(height=256):
-    """Of several colors, with details of many texels."""
-    latitude, longitude = np.meshgrid(
-        (np.arange(height) + 0.5) / height * np.pi, (np.arange(2 * height) + 0.5) / height * np.pi, indexing="ij"
-    )
-    waves = [np.sin(3 * longitude) * np.sin(latitude) ** 3, np.cos(5 * latitude), np.cos(2 * longitude + latitude)]
-    waves[2] *= np.sin(latitude) ** 2
-    return 0.5 + 0.4 * np.stack(waves, axis=-1)
-
-
-def show(scene, image):
-    """The world shows an image; returns its node."""
-    tree = scene.world.node_tree
-    node = tree.nodes.new("ShaderNodeTexEnvironment")
-    node.image = image
-    tree.links.new(node.outputs["Color"], tree.nodes["Background"].inputs["Color"])
-    tree.nodes["Background"].inputs["Strength"].default_value = 1
-    return node
 
 
 def hole_before(scene, image, kind="isotropic", far=1):
     """A hole before a sky, set up for small pictures."""
-    node = show(scene, image)
+    node = skies.show(scene, image)
     objects.camera((0.3 * far, -8 * far, 1.3 * far), (0, 0, 0), lens_mm=60 * far)
     add_spacetime(kind)
     rendering.set_size(scene, *SIZE)
@@ -85,83 +43,26 @@ def is_filtered(scene):
     return lens_sky.seen(material(scene)).node.bl_idname == "ShaderNodeAddShader"
 
 
-def measured(scene, folder, squares):
-    """What the lens tells of each pixel's direction in the sky, in its middle: its derivatives' products, or itself."""
-    import _cycles  # there once bpy is
-
-    (folder / "measure.osl").write_text(_MEASURE)
-    assert _cycles.osl_compile(str(folder / "measure.osl"), str(folder / "measure.oso"))
-    tree = material(scene).node_tree
-    script = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeScript")
-    node = tree.nodes.new("ShaderNodeScript")
-    inputs = {
-        "Vector": ("NodeSocketVector", None),
-        "Sky": ("NodeSocketFloat", None),
-        "Squares": ("NodeSocketInt", squares),
-    }
-    shaders.fill_node(node, shaders.Shader((folder / "measure.oso").read_text(), f"measure {squares}"), inputs)
-    tree.links.new(script.outputs["Toward"], node.inputs["Vector"])
-    tree.links.new(script.outputs["Sky"], node.inputs["Sky"])
-    output = tree.get_output_node("CYCLES").inputs["Surface"]
-    before = output.links[0].from_socket
-    tree.links.new(node.outputs["BSDF"], output)
-    shown = rendering.render(scene, "CYCLES", 0, 1)
-    tree.links.new(before, output)
-    tree.nodes.remove(node)
-    return shown
-
-
 @pytest.mark.parametrize("kind", SPACES)
 def test_footprints_are_the_differences_of_neighboring_pixels(kind, scene, tmp_path):
     """The ellipse of directions over a pixel, by the lens, from an eighth of it, and by the picture's differences where
     these hardly change from one pixel to the next. What is left is how the map bends across a pixel. The camera is far
     away, for Cycles takes all its pixels for as wide as that in the middle."""
-    hole_before(scene, sky_file(tmp_path, points()), kind, far=5)
+    hole_before(scene, skies.sky_file(tmp_path, skies.points()), kind, far=5)
     rendering.set_size(scene, 288, 168)
     scene.cycles.samples, scene.bentlight.sky_filter = 1, 0.125
     setup.update(scene, bpy.context.evaluated_depsgraph_get())
     scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 0.01
-    squares, toward = measured(scene, tmp_path, 1), measured(scene, tmp_path, 0) - 2
-    known = np.abs(toward + 2).max(axis=-1) > 0
-    inner = known[1:-1, 1:-1] & known[2:, 1:-1] & known[:-2, 1:-1] & known[1:-1, 2:] & known[1:-1, :-2]
-    x, y = (toward[1:-1, 2:] - toward[1:-1, :-2]) / 2, (toward[2:, 1:-1] - toward[:-2, 1:-1]) / 2
-    bend_x = np.linalg.norm(toward[1:-1, 2:] + toward[1:-1, :-2] - 2 * toward[1:-1, 1:-1], axis=-1)
-    bend_y = np.linalg.norm(toward[2:, 1:-1] + toward[:-2, 1:-1] - 2 * toward[1:-1, 1:-1], axis=-1)
-    sum_seen, product_seen = (x * x + y * y).sum(-1), (x * x).sum(-1) * (y * y).sum(-1) - (x * y).sum(-1) ** 2
-    xx, yy, xy = np.moveaxis((squares[1:-1, 1:-1] - (0, 0, 1e3)) * 64e-6, -1, 0)
-    even = inner & (np.maximum(bend_x, bend_y) < 0.02 * np.sqrt(sum_seen))
-    assert even.sum() > 2000
-    # axes' squares by sum and product; frames differ, what is the same in all of them does not
-    ratio = (xx + yy)[even] / sum_seen[even]
-    area = np.sqrt(np.maximum(xx * yy - xy**2, 0)[even] / product_seen[even])
-    assert np.abs(np.median(ratio) - 1) < 0.02 and np.abs(np.median(area) - 1) < 0.04
-    assert np.quantile(np.abs(ratio - 1), 0.9) < 0.1
+    squares, toward = (skies.measured(scene, tmp_path, material(scene), what) for what in skies.KINDS)
+    skies.check_footprints(squares, toward, 0.125)
 
 
 @pytest.mark.parametrize("kind", ["isotropic", "kerr"])
 def test_points_make_less_noise_and_as_much_light(kind, scene, tmp_path):
     """Texels smaller than pixels before a hole: the filter takes most of the noise, keeps the light, and blurs no more
     than a Gaussian of a quarter of a pixel does, which is its width: where a texel is wider it leaves it alone."""
-    hole_before(scene, sky_file(tmp_path, points()), kind)
-    noise, light = {}, {}
-    for sky_filter in (0.0, 1.0):
-        pictures = np.stack([picture(scene, sky_filter, seed)[..., 0] for seed in range(3)])
-        noise[sky_filter] = pictures.var(axis=0, ddof=1).mean()
-        light[sky_filter], mean = pictures.sum(axis=(1, 2)), pictures.mean(axis=0)
-    assert noise[1.0] < noise[0.0] / 4
-    rendering.set_size(scene, 4 * SIZE[0], 4 * SIZE[1])
-    fine = picture(scene, 0.0, 9, 32)[..., 0]
-    rendering.set_size(scene, *SIZE)
-    weights = np.exp(-(np.arange(-4, 5) ** 2) / 2) / np.exp(-(np.arange(-4, 5) ** 2) / 2).sum()
-    blurred = fine
-    for axis in (0, 1):
-        blurred = np.apply_along_axis(np.convolve, axis, blurred, weights, "same")
-    truth, most = (each.reshape(SIZE[1], 4, SIZE[0], 4).mean((1, 3)) for each in (fine, blurred))
-    # of three pictures, and of the fine one, which has 32 times the samples of those without the filter
-    error = np.sqrt(light[1.0].var(ddof=1) / 3 + light[0.0].var(ddof=1) / 32) / truth.sum()
-    # light moves between places that are magnified differently: docs/limits.md
-    assert error < 0.01 and abs(light[1.0].mean() / truth.sum() - 1) < 4 * error + 0.005
-    assert ((mean - truth) ** 2).mean() - noise[1.0] / 3 < ((most - truth) ** 2).mean()
+    hole_before(scene, skies.sky_file(tmp_path, skies.points()), kind)
+    skies.check_less_noise(scene, picture, SIZE)
 
 
 def turn(scene, node):
@@ -182,7 +83,7 @@ def test_smooth_skies_look_the_same(kind, how, scene, tmp_path):
     if how == "stars":
         settings = scene.world.bentlight
         settings.stars, settings.star_count, settings.star_strength = "PROCEDURAL", 300, 30
-    node = hole_before(scene, sky_file(tmp_path, smooth()), kind)
+    node = hole_before(scene, skies.sky_file(tmp_path, skies.smooth()), kind)
     if how == "turned":
         turn(scene, node)
         scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.7
@@ -219,7 +120,7 @@ def test_bytes_on_the_srgb_curve(scene, tmp_path):
 def test_passes_are_those_of_what_lies_behind(scene, tmp_path):
     """Bit for bit what they are without the filter, but Emission, which has what the filter changes; a lamp before the
     sky shines as ever."""
-    hole_before(scene, sky_file(tmp_path, smooth()), "kerr")
+    hole_before(scene, skies.sky_file(tmp_path, skies.smooth()), "kerr")
     objects.quad("Wall", (-6, 5, -6), (7, 0, 0), (0, 0, 12), materials.emission("Light", (0.2, 0.5, 0.9)))
     lamp = bpy.data.lights.new("Lamp", "POINT")
     lamp.energy, lamp.shadow_soft_size = 1e5, 0.6
@@ -250,7 +151,7 @@ def test_passes_are_those_of_what_lies_behind(scene, tmp_path):
 
 def test_what_is_not_filtered(scene, tmp_path):
     """Where a material could not show what the world does, or nobody asks, rays leave a lens as ever."""
-    node = hole_before(scene, sky_file(tmp_path, points(10, 64)))
+    node = hole_before(scene, skies.sky_file(tmp_path, skies.points(10, 64)))
     tree = scene.world.node_tree
     assert is_filtered(scene)
     for owner, name, value in (
@@ -278,17 +179,17 @@ def test_what_is_not_filtered(scene, tmp_path):
 
 
 def test_transparent_films_show_a_hole_as_ever(scene, tmp_path):
-    hole_before(scene, sky_file(tmp_path, points(10, 64)))
+    hole_before(scene, skies.sky_file(tmp_path, skies.points(10, 64)))
     scene.render.film_transparent = True
     assert picture(scene, 1.0).max() == 0
 
 
 def test_images_are_read_again_when_they_change(scene, tmp_path):
     """A file of other pixels, one that is painted on, and one that is gone."""
-    node = hole_before(scene, sky_file(tmp_path, points(10, 64)))
+    node = hole_before(scene, skies.sky_file(tmp_path, skies.points(10, 64)))
     first = sky_images.file_of(node.image)
     assert sky_images.file_of(node.image) is first and first.path.is_file()
-    sky_file(tmp_path, points(20, 64))
+    skies.sky_file(tmp_path, skies.points(20, 64))
     node.image.reload()
     second = sky_images.file_of(node.image)
     assert second.path != first.path and second.height == 64
@@ -307,7 +208,7 @@ def test_images_are_read_again_when_they_change(scene, tmp_path):
 
 def test_nodes_come_and_go(scene, tmp_path):
     """With a disk's own material too; nothing is left behind."""
-    hole_before(scene, sky_file(tmp_path, points(10, 64)), "kerr")
+    hole_before(scene, skies.sky_file(tmp_path, skies.points(10, 64)), "kerr")
     hole = lens.all_of(scene)[0].parent
     disk = bpy.data.materials.new("Disk")
     disk.use_nodes = True

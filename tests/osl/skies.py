@@ -1,0 +1,126 @@
+"""Images of skies for tests, and what shaders that filter them tell of directions."""
+
+import bpy
+import numpy as np
+import rendering
+from bentlight_native.exr import write_exr
+
+from blender_addon.cycles import shaders
+
+KINDS = ("squares", "direction")  # of the derivatives, scaled; itself and 2
+SQUARES_SCALE, SQUARES_OFFSET = 1e6, 1e3  # the products may be negative
+_MEASURE = f"""
+shader measure(vector Vector = 0, float Sky = 0, int Squares = 0, output closure color BSDF = 0)
+{{
+  vector x = Dx(Vector), y = Dy(Vector);
+  color squares = {SQUARES_SCALE} * color(dot(x, x), dot(y, y), dot(x, y)) + color(0, 0, {SQUARES_OFFSET});
+  if (Sky > 0) BSDF = emission() * (Squares ? squares : color(Vector) + 2);
+}}
+"""
+
+
+def sky_file(folder, pixels):
+    """An image of (height, width, 3), rows from the bottom."""
+    write_exr(folder / "sky.exr", {c: pixels[::-1, :, i].astype(np.float32) for i, c in enumerate("RGB")}, {})
+    return bpy.data.images.load(str(folder / "sky.exr"))
+
+
+def points(count=3000, height=512):
+    """White texels on black."""
+    rng, pixels = np.random.default_rng(3), np.zeros((height, 2 * height, 3))
+    row = ((np.arcsin(rng.uniform(-1, 1, count)) / np.pi + 0.5) * height).astype(int)
+    pixels[row, rng.integers(0, 2 * height, count)] = 1
+    return pixels
+
+
+def smooth(height=256):
+    """Of several colors, with details of many texels."""
+    latitude, longitude = np.meshgrid(
+        (np.arange(height) + 0.5) / height * np.pi, (np.arange(2 * height) + 0.5) / height * np.pi, indexing="ij"
+    )
+    waves = [np.sin(3 * longitude) * np.sin(latitude) ** 3, np.cos(5 * latitude), np.cos(2 * longitude + latitude)]
+    waves[2] *= np.sin(latitude) ** 2
+    return 0.5 + 0.4 * np.stack(waves, axis=-1)
+
+
+def show(scene, image):
+    """The world shows an image; returns its node."""
+    tree = scene.world.node_tree
+    node = tree.nodes.new("ShaderNodeTexEnvironment")
+    node.image = image
+    tree.links.new(node.outputs["Color"], tree.nodes["Background"].inputs["Color"])
+    tree.nodes["Background"].inputs["Strength"].default_value = 1
+    return node
+
+
+def measured(scene, folder, material, kind):
+    """What the shader of a lens or a screen tells of each pixel's direction in the sky, in its middle: one of KINDS."""
+    import _cycles  # there once bpy is
+
+    (folder / "measure.osl").write_text(_MEASURE)
+    assert _cycles.osl_compile(str(folder / "measure.osl"), str(folder / "measure.oso"))
+    tree = material.node_tree
+    script = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeScript")
+    node = tree.nodes.new("ShaderNodeScript")
+    inputs = {
+        "Vector": ("NodeSocketVector", None),
+        "Sky": ("NodeSocketFloat", None),
+        "Squares": ("NodeSocketInt", int(kind == "squares")),
+    }
+    shaders.fill_node(node, shaders.Shader((folder / "measure.oso").read_text(), f"measure {kind}"), inputs)
+    tree.links.new(script.outputs["Toward"], node.inputs["Vector"])
+    tree.links.new(script.outputs["Sky"], node.inputs["Sky"])
+    output = tree.get_output_node("CYCLES").inputs["Surface"]
+    before = output.links[0].from_socket
+    tree.links.new(node.outputs["BSDF"], output)
+    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 0.01
+    shown = rendering.render(scene, "CYCLES", 0, 1)
+    tree.links.new(before, output)
+    tree.nodes.remove(node)
+    return shown
+
+
+def check_footprints(squares, toward, pixels):
+    """The ellipse of directions over a pixel, as a shader tells it over so many pixels, and by the picture's
+    differences where these hardly change from one pixel to the next. What is left is how the map bends across a pixel."""
+    known = np.abs(toward).max(axis=-1) > 0
+    toward = toward - 2
+    inner = known[1:-1, 1:-1] & known[2:, 1:-1] & known[:-2, 1:-1] & known[1:-1, 2:] & known[1:-1, :-2]
+    x, y = (toward[1:-1, 2:] - toward[1:-1, :-2]) / 2, (toward[2:, 1:-1] - toward[:-2, 1:-1]) / 2
+    bend_x = np.linalg.norm(toward[1:-1, 2:] + toward[1:-1, :-2] - 2 * toward[1:-1, 1:-1], axis=-1)
+    bend_y = np.linalg.norm(toward[2:, 1:-1] + toward[:-2, 1:-1] - 2 * toward[1:-1, 1:-1], axis=-1)
+    sum_seen, product_seen = (x * x + y * y).sum(-1), (x * x).sum(-1) * (y * y).sum(-1) - (x * y).sum(-1) ** 2
+    told = np.where(known[..., None], (squares - (0, 0, SQUARES_OFFSET)) / SQUARES_SCALE, 0) / pixels**2
+    xx, yy, xy = np.moveaxis(told[1:-1, 1:-1], -1, 0)
+    even = inner & (np.maximum(bend_x, bend_y) < 0.02 * np.sqrt(sum_seen))
+    assert even.sum() > 2000
+    # axes' squares by sum and product; frames differ, what is the same in all of them does not
+    ratio = (xx + yy)[even] / sum_seen[even]
+    area = np.sqrt(np.maximum(xx * yy - xy**2, 0)[even] / product_seen[even])
+    assert np.abs(np.median(ratio) - 1) < 0.02 and np.abs(np.median(area) - 1) < 0.04
+    assert np.quantile(np.abs(ratio - 1), 0.9) < 0.1
+
+
+def check_less_noise(scene, picture, size):
+    """Texels smaller than pixels before a hole, pictures by `picture(scene, sky_filter, seed, samples)`: the filter
+    takes most of the noise, keeps the light, and blurs no more than a Gaussian of a quarter of a pixel does, which is
+    its width: where a texel is wider it leaves it alone."""
+    noise, light = {}, {}
+    for sky_filter in (0.0, 1.0):
+        pictures = np.stack([picture(scene, sky_filter, seed, 16)[..., 0] for seed in range(3)])
+        noise[sky_filter] = pictures.var(axis=0, ddof=1).mean()
+        light[sky_filter], mean = pictures.sum(axis=(1, 2)), pictures.mean(axis=0)
+    assert noise[1.0] < noise[0.0] / 4
+    rendering.set_size(scene, 4 * size[0], 4 * size[1])
+    fine = picture(scene, 0.0, 9, 32)[..., 0]
+    rendering.set_size(scene, *size)
+    weights = np.exp(-(np.arange(-4, 5) ** 2) / 2) / np.exp(-(np.arange(-4, 5) ** 2) / 2).sum()
+    blurred = fine
+    for axis in (0, 1):
+        blurred = np.apply_along_axis(np.convolve, axis, blurred, weights, "same")
+    truth, most = (each.reshape(size[1], 4, size[0], 4).mean((1, 3)) for each in (fine, blurred))
+    # of three pictures, and of the fine one, which has 32 times the samples of those without the filter
+    error = np.sqrt(light[1.0].var(ddof=1) / 3 + light[0.0].var(ddof=1) / 32) / truth.sum()
+    # light moves between places that are magnified differently: docs/limits.md
+    assert error < 0.01 and abs(light[1.0].mean() / truth.sum() - 1) < 4 * error + 0.005
+    assert ((mean - truth) ** 2).mean() - noise[1.0] / 3 < ((most - truth) ** 2).mean()
