@@ -22,9 +22,10 @@ float slope_of(float x)
 vector with_slopes(vector value, vector change_x, vector change_y)
 {
   vector x = Dx(P), y = Dy(P), same = 0, across = 0, up = 0;
-  STRIP_DERIVATIVES("value", value, same);
-  STRIP_DERIVATIVES("across", change_x, across);
-  STRIP_DERIVATIVES("up", change_y, up);
+  vector given = value, given_x = change_x, given_y = change_y; /* messages of arguments that are products are colors */
+  STRIP_DERIVATIVES("value", given, same);
+  STRIP_DERIVATIVES("across", given_x, across);
+  STRIP_DERIVATIVES("up", given_y, up);
   return same + slope_of(dot(P, x) / dot(x, x)) * across + slope_of(dot(P, y) / dot(y, y)) * up;
 }
 #endif

@@ -11,7 +11,9 @@
  *   <path><slice>_<band>_direction, _place: parts x parts for each pixel;
  *   <path><slice>_<band>_<n>x_direction, _<n>x_place: n parts x n parts for each cell.
  * The length of a direction is how bright the light that comes that way is to the camera, 1e-8 or more; 0: none comes. Times
- * 2^64: from the sky. Then the place is not in the maps but far away, along the direction: what nobody reads takes no memory.
+ * 2^64: from the sky. Then the place is not in the maps but far away, along the direction. In its stead the maps hold, if images
+ * of the sky are filtered, what the pixel's rays see of it, an ellipse: across the direction its major axis, along the direction
+ * how long its minor axis is. Else zeros, which take no memory.
  *
  * Accretion disks are no surfaces to Cycles: the core has evaluated them where rays cross them. Only if there are any, each
  * set has as many values of
@@ -44,9 +46,6 @@ float relay_shift(int slice, float step, int parts)
 struct RelayPart {
   string path;
   float s, t;
-  int fine;            /* parts of a pixel in each direction */
-  float wide, high;    /* of a part, as fractions of the files */
-  float along, across; /* of what it lies in, where neighbors in the files are neighbors in the image */
 };
 
 color relay_value(RelayPart part, string name)
@@ -65,10 +64,7 @@ RelayPart relay_part(RelayMaps maps, int slice, float across, float up)
   y = clamp(y, edge, rows - edge);
   int band = int(y) / maps.band;
   string path = format("%s%02d_%04d_", maps.path, slice, band);
-  RelayPart part;
-  part.path = path, part.s = x / columns, part.t = (y - band * maps.band) / maps.band;
-  part.fine = maps.parts, part.along = 1, part.across = 1;
-  part.wide = 1.0 / (columns * maps.parts), part.high = 1.0 / (maps.band * maps.parts);
+  RelayPart part = {path, x / columns, (y - band * maps.band) / maps.band};
   color cell = relay_value(part, "cells");
   if (cell[0] > 0) {
     int finer = int(cell[0]) % RELAY_CELL, number = int(cell[0]) / RELAY_CELL;
@@ -79,8 +75,6 @@ RelayPart relay_part(RelayMaps maps, int slice, float across, float up)
     int cells = size[0] / fine;
     part.s = (mod(number, cells) + x - floor(x)) * fine / size[0];
     part.t = (number / cells + y - floor(y)) * fine / size[1];
-    part.fine = fine, part.wide = 1.0 / size[0], part.high = 1.0 / size[1];
-    part.along = fine * part.wide, part.across = fine * part.high;
   }
   return part;
 }
@@ -101,26 +95,12 @@ int relay_leg(RelayMaps maps, RelayPart part, output point place, output vector 
   return to_sky;
 }
 
-/* By how much the direction to the sky of a part changes in one pixel, to the right or upward: from it to a part almost
- * `maps.parts` parts farther, or before it if that is not to the sky; 0 if neither is. */
-vector relay_change(RelayMaps maps, RelayPart part, vector toward, int upward)
+/* Of what the rays of a pixel see of the sky in a direction: an ellipse's axes, radians. */
+void relay_footprint(RelayPart part, vector direction, output vector major, output vector minor)
 {
-  int steps = max(maps.parts - 1, 1);
-  vector change = 0;
-  for (int side = 1; side > -2 && change == vector(0); side -= 2) {
-    RelayPart beside = part;
-    if (upward) {
-      beside.t += side * steps * part.high;
-    } else {
-      beside.s += side * steps * part.wide;
-    }
-    int is_near = floor(beside.s / part.along) == floor(part.s / part.along) &&
-                  floor(beside.t / part.across) == floor(part.t / part.across);
-    point place;
-    vector direction;
-    if (is_near && relay_leg(maps, beside, place, direction))
-      change = (normalize(direction) - normalize(toward)) * (side * part.fine) / steps;
-  }
-  return change;
+  vector toward = normalize(direction), told = vector(relay_value(part, "place"));
+  float narrow = dot(told, toward);
+  major = told - narrow * toward;
+  minor = narrow * cross(toward, normalize(major));
 }
 #endif

@@ -86,11 +86,13 @@ def update(
     for text in (text for obj in scene.objects if not obj.hide_render for text in disk.warnings(obj)):
         reporter.warn(text)
     seen = _read_all(scene, depsgraph, source, reporter)
+    sky = lens_sky.read(scene, depsgraph)
     settings = relay_maps.RelaySettings(
         parts=math.ceil(scene.bentlight.relay_parts / math.sqrt(len(seen))),
         tolerance=_tolerance(seen[0]),
         angular_tolerance=scene.bentlight.tolerance / 10,
         threads=scene.render.threads,
+        footprints=sky is not None,
     )
     moving = shutter.is_open(scene)
     fingerprint = _fingerprint(seen, settings, moving)
@@ -99,7 +101,7 @@ def update(
         _forget(relay.name)
         maps = _bake(seen, files.folder("relay") / f"{_SESSION}_{fingerprint}_", settings, moving)
         _baked[relay.name] = fingerprint, maps
-    _show(scene, maps, seen[len(seen) // 2], lens_sky.read(scene, depsgraph))
+    _show(scene, maps, seen[len(seen) // 2], sky)
     return maps
 
 

@@ -4,7 +4,8 @@ Every part of every pixel gets one ray, which the core traces through the scene 
 infinity. What osl/relay_maps.h reads is where that ray's last leg starts (`place`) and its `direction`; and, with
 accretion disks, what it gathers on its way through them (`glow`, `tint`). The files are described there. Memory is
 bounded: bands of pixel rows are traced, some rays at a time, and written one by one. Cycles keeps all parts of the maps
-that it has read, so that places are not read where a direction says enough: toward the sky.
+that it has read, so that places are not read where a direction says enough: toward a sky that is not filtered. If it
+is, each ray that ends there has two beside it, which meet nothing, and tell how far bending spreads a pixel.
 """
 
 from __future__ import annotations
@@ -54,12 +55,13 @@ _DIMMEST = 1e-8  # that is told of light: times _TO_SKY it must still be longer 
 @dataclass(frozen=True)
 class RelaySettings:
     """What the maps are to be like. parts: of a pixel in each direction. tolerance: of hits, scene units;
-    angular_tolerance: of directions, radians."""
+    angular_tolerance: of directions, radians. footprints: whether they tell what pixels see of the sky."""
 
     parts: int = 4
     tolerance: float = 1e-4
     angular_tolerance: float = 1e-5
     threads: int = 1
+    footprints: bool = False
 
 
 @dataclass
@@ -153,8 +155,8 @@ def _pixel(camera: CameraData) -> tuple[float, float]:
 @dataclass
 class _Legs:
     """Last legs: (n, 3) each, float32. The length of a direction is how bright light from there is, _TO_SKY times that
-    if it leads to the sky; 0: none comes. Places are zero but before surfaces. If there are disks, float16: their
-    light, and the color that they give to what comes from behind them."""
+    if it leads to the sky; 0: none comes. Places are zero but before surfaces, or toward the sky footprints. If there
+    are disks, float16: their light, and the color that they give to what comes from behind them."""
 
     place: np.ndarray
     direction: np.ndarray
@@ -220,14 +222,7 @@ class _Tracer:
 
     def _trace(self, points: np.ndarray, parts: int) -> _Traced:
         number = np.floor(points * parts).astype(np.int64) + self.number * _APART
-        # Neighboring parts see through places on the lens that complement each other: no random numbers.
-        lens = np.mod(number @ _LENS + 0.5, 1.0)
-        rays = self._scene.camera_rays((points + self._shift) / (self.camera.width, self.camera.height), lens)
-        origins, directions = rays.origins, rays.directions
-        exists = np.isfinite(directions[:, 0])
-        origins, directions = np.where(exists[:, None], origins, 0.0), np.where(exists[:, None], directions, (0, 0, 1))
-        if self._slice is not None:
-            origins, directions = self._moved(origins, directions, number)
+        origins, directions, exists = self._rays(points, number)
         hits = self._scene.intersect(
             origins,
             directions,
@@ -239,6 +234,10 @@ class _Tracer:
             veils=self._disks,
         )
         traced = self._last_legs(hits, exists, directions)
+        if self.settings.footprints:
+            to_sky = exists & _escaped(hits) & (traced.fate == _SEEN)
+            found = self._footprints(points[to_sky], number[to_sky], hits["direction"][to_sky], 0.5 / parts)
+            traced.legs.place[to_sky] = found @ self._axes[:3, :3].T
         brightness = self._scene.shift_light(
             origins, directions, hits["position"], hits["direction"], hits["fate"] != HIT
         )
@@ -248,6 +247,37 @@ class _Tracer:
         brightness = np.where(brightness < _DIMMEST, 0, brightness)
         traced.legs.direction *= brightness[:, None].astype(np.float32)
         return traced
+
+    def _rays(self, points: np.ndarray, number: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Of parts with these numbers, from their own places on the lens and in their own moments: origins and
+        directions in which they start, and whether they exist."""
+        # Neighboring parts see through places on the lens that complement each other: no random numbers.
+        lens = np.mod(number @ _LENS + 0.5, 1.0)
+        rays = self._scene.camera_rays((points + self._shift) / (self.camera.width, self.camera.height), lens)
+        origins, directions = rays.origins, rays.directions
+        exists = np.isfinite(directions[:, 0])
+        origins, directions = np.where(exists[:, None], origins, 0.0), np.where(exists[:, None], directions, (0, 0, 1))
+        if self._slice is not None:
+            origins, directions = self._moved(origins, directions, number)
+        return origins, directions, exists
+
+    def _footprints(self, points: np.ndarray, number: np.ndarray, toward: np.ndarray, step: float) -> np.ndarray:
+        """What a pixel's rays see of the sky around directions, (n, 3), as osl/relay_maps.h has it: by rays so many
+        pixels to one side, or to the other where the first end elsewhere."""
+        changes = np.zeros((2, len(points), 3))
+        for axis, change in enumerate(changes):
+            left = np.arange(len(points))
+            for shift in (step, -step):
+                beside = points[left] + shift * np.eye(2)[axis]
+                origins, directions, exists = self._rays(beside, number[left])
+                settings = self.settings
+                hits = self._scene.intersect(
+                    origins, directions, settings.tolerance, angular_tolerance=settings.angular_tolerance, visibility=0
+                )
+                found = exists & _escaped(hits)
+                change[left[found]] = (hits["direction"][found] - toward[left[found]]) / shift
+                left = left[~found]
+        return ellipse(toward, *changes)
 
     def _moved(self, origins: np.ndarray, directions: np.ndarray, number: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Each part of the image looks from where the camera is in a moment of the slice of its own."""
@@ -261,7 +291,7 @@ class _Tracer:
 
     def _last_legs(self, hits: dict[str, np.ndarray], exists: np.ndarray, start: np.ndarray) -> _Traced:
         fate, end, direction = hits["fate"], hits["position"], hits["direction"]
-        escaped = exists & (fate == ESCAPED) & (hits["sky"] < 0)
+        escaped = exists & _escaped(hits)
         hit = exists & (fate == HIT)
         hidden = hit & self._disks[hits["instance"]] if self.sees_disks else np.zeros(len(hit), bool)
         before = _LEG_OF_LENGTH * hits["length"] + _LEG_OF_COORDINATES * np.abs(end).max(axis=1)
@@ -276,6 +306,21 @@ class _Tracer:
         ends = np.where(hidden, _HIDDEN, np.where(seen, _SEEN, _LOST)).astype(np.uint8)
         layers = np.zeros(len(ends), np.uint32)
         return _Traced(legs, start.astype(np.float32), direction.astype(np.float32), ends, layers)
+
+
+def _escaped(hits: dict[str, np.ndarray]) -> np.ndarray:
+    """Which rays end in the world's sky."""
+    return (hits["fate"] == ESCAPED) & (hits["sky"] < 0)
+
+
+def ellipse(toward: np.ndarray, right: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """(n, 3) of unit directions and their changes, a parallelogram's sides: across the direction the major axis of the
+    ellipse whose second moments are the sum of theirs; along the direction how long the minor axis is."""
+    right, up = (change - (change * toward).sum(axis=1, keepdims=True) * toward for change in (right, up))
+    turn = np.arctan2(2 * (right * up).sum(axis=1), (right**2).sum(axis=1) - (up**2).sum(axis=1)) / 2
+    cosine, sine = np.cos(turn)[:, None], np.sin(turn)[:, None]
+    narrow = np.linalg.norm(cosine * up - sine * right, axis=1, keepdims=True)
+    return cosine * right + sine * up + narrow * toward
 
 
 def _joined(pieces: list[_Traced]) -> _Traced:

@@ -1,7 +1,9 @@
 """Images of skies for tests, and what shaders that filter them tell of directions."""
 
 import bpy
+import materials
 import numpy as np
+import objects
 import rendering
 from bentlight_native.exr import write_exr
 
@@ -53,6 +55,19 @@ def show(scene, image):
     return node
 
 
+def add_wall():
+    """Behind a hole, on its left."""
+    objects.quad("Wall", (-6, 5, -6), (7, 0, 0), (0, 0, 12), materials.emission("Light", (0.2, 0.5, 0.9)))
+
+
+def add_lamp():
+    """A ball that is seen, brighter than any sky, on its right."""
+    lamp = bpy.data.lights.new("Lamp", "POINT")
+    lamp.energy, lamp.shadow_soft_size = 1e5, 0.6
+    shown = objects.place(bpy.data.objects.new("Lamp", lamp))
+    shown.location, shown.visible_camera = (3, 5, 0), True
+
+
 def measured(scene, folder, material, kind):
     """What the shader of a lens or a screen tells of each pixel's direction in the sky, in its middle: one of KINDS."""
     import _cycles  # there once bpy is
@@ -82,7 +97,7 @@ def measured(scene, folder, material, kind):
 
 def check_footprints(squares, toward, pixels):
     """The ellipse of directions over a pixel, as a shader tells it over so many pixels, and by the picture's
-    differences where these hardly change from one pixel to the next. What is left is how the map bends across a pixel."""
+    differences where these hardly change from one pixel to the next. What is left: how the map bends across a pixel."""
     known = np.abs(toward).max(axis=-1) > 0
     toward = toward - 2
     inner = known[1:-1, 1:-1] & known[2:, 1:-1] & known[:-2, 1:-1] & known[1:-1, 2:] & known[1:-1, :-2]
@@ -124,3 +139,36 @@ def check_less_noise(scene, picture, size):
     # light moves between places that are magnified differently: docs/limits.md
     assert error < 0.01 and abs(light[1.0].mean() / truth.sum() - 1) < 4 * error + 0.005
     assert ((mean - truth) ** 2).mean() - noise[1.0] / 3 < ((most - truth) ** 2).mean()
+
+
+def check_same(scene, picture):
+    """Of a sky whose details are wide enough for the filter to change nothing: blocks of 8 x 8 pixels, each color."""
+    pictures = [[picture(scene, sky_filter, seed, 16) for seed in range(3)] for sky_filter in (0.0, 1.0)]
+    height, width, _ = pictures[0][0].shape
+    blocks = [np.stack(each).reshape(3, height // 8, 8, width // 8, 8, 3).mean((2, 4)) for each in pictures]
+    without, with_it = blocks
+    off = with_it.mean(0) - without.mean(0)
+    variance = (with_it.var(0, ddof=1) + without.var(0, ddof=1)) / 3
+    # what light moves where a hole magnifies differently: docs/limits.md
+    share, brightness = 0.005, without.mean()
+    assert abs(off.mean()) < 5 * np.sqrt(variance.sum()) / off.size + 0.4 * share * brightness
+    assert (off**2).mean() < 2 * variance.mean() + (share * brightness) ** 2
+
+
+def check_passes(scene, picture, error=0.0):
+    """Passes by `picture(sky_filter)`, with one sample in each pixel: to an absolute error what they are without the
+    filter, but Emission, which has what it changes. A shining lamp before the sky is as bright as ever."""
+    layer = scene.view_layers[0]
+    for name in ("z", "mist", "position", "normal", "object_index", "uv", "emit", "environment", "cryptomatte_object"):
+        setattr(layer, f"use_pass_{name}", True)
+    scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
+    without, with_it = picture(0.0), picture(1.0)
+    assert len(without) > 10 and with_it.keys() == without.keys()
+    for name in without.keys() - {"Combined", "Emission"}:
+        np.testing.assert_allclose(with_it[name], without[name], rtol=0, atol=error, err_msg=name)
+    change, added = (with_it[name][..., :3] - without[name][..., :3] for name in ("Combined", "Emission"))
+    np.testing.assert_allclose(change, added, atol=1e-6 * without["Combined"].max())
+    assert without["Depth"].max() == 1e10 and np.abs(added)[without["Depth"][..., 0] == 1e10].max() > 0.1
+    shining = without["Combined"][..., 0] > 100
+    assert shining.sum() > 20
+    np.testing.assert_allclose(with_it["Combined"][shining], without["Combined"][shining], atol=1)

@@ -2,7 +2,6 @@
 pictures without the filter, and what is left as it is."""
 
 import bpy
-import materials
 import numpy as np
 import objects
 import pytest
@@ -88,15 +87,8 @@ def test_smooth_skies_look_the_same(kind, how, scene, tmp_path):
         turn(scene, node)
         scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.7
     if how == "wall":
-        objects.quad("Wall", (-6, 5, -6), (7, 0, 0), (0, 0, 12), materials.emission("Light", (0.2, 0.5, 0.9)))
-    pictures = [[picture(scene, sky_filter, seed) for seed in range(3)] for sky_filter in (0.0, 1.0)]
-    without, with_it = (np.stack(each).reshape(3, 7, 8, 12, 8, 3).mean((2, 4)) for each in pictures)
-    off = with_it.mean(0) - without.mean(0)  # of blocks of 8 x 8 pixels, in each color
-    variance = (with_it.var(0, ddof=1) + without.var(0, ddof=1)) / 3
-    # what light moves where a hole magnifies differently: docs/limits.md
-    share, brightness = 0.005, without.mean()
-    assert abs(off.mean()) < 5 * np.sqrt(variance.sum()) / off.size + 0.4 * share * brightness
-    assert (off**2).mean() < 2 * variance.mean() + (share * brightness) ** 2
+        skies.add_wall()
+    skies.check_same(scene, picture)
 
 
 def test_bytes_on_the_srgb_curve(scene, tmp_path):
@@ -121,32 +113,15 @@ def test_passes_are_those_of_what_lies_behind(scene, tmp_path):
     """Bit for bit what they are without the filter, but Emission, which has what the filter changes; a lamp before the
     sky shines as ever."""
     hole_before(scene, skies.sky_file(tmp_path, skies.smooth()), "kerr")
-    objects.quad("Wall", (-6, 5, -6), (7, 0, 0), (0, 0, 12), materials.emission("Light", (0.2, 0.5, 0.9)))
-    lamp = bpy.data.lights.new("Lamp", "POINT")
-    lamp.energy, lamp.shadow_soft_size = 1e5, 0.6
-    shown = objects.place(bpy.data.objects.new("Lamp", lamp))
-    shown.location, shown.visible_camera = (3, 5, 0), True
-    layer = scene.view_layers[0]
-    for name in ("z", "mist", "position", "normal", "object_index", "uv", "emit", "environment", "cryptomatte_object"):
-        setattr(layer, f"use_pass_{name}", True)
+    skies.add_wall()
+    skies.add_lamp()
     lens.all_of(scene)[0].pass_index = 7
-    scene.cycles.samples, scene.cycles.filter_width = 1, 0.01
-    scene.render.engine, scene.cycles.pixel_filter_type = "CYCLES", "BOX"
-    scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
-    passes = []
-    for scene.bentlight.sky_filter in (0.0, 1.0):
-        setup.update(scene, bpy.context.evaluated_depsgraph_get())
-        passes.append(stage.render(tmp_path))
-    without, with_it = passes
-    assert len(without) > 10 and with_it.keys() == without.keys()
-    for name in without.keys() - {"Combined", "Emission"}:
-        np.testing.assert_array_equal(with_it[name], without[name], name)
-    change, added = (with_it[name][..., :3] - without[name][..., :3] for name in ("Combined", "Emission"))
-    np.testing.assert_allclose(change, added, atol=1e-6 * without["Combined"].max())
-    assert without["Depth"].max() == 1e10 and np.abs(added)[without["Depth"][..., 0] == 1e10].max() > 0.1
-    shining = without["Combined"][..., 0] > 100
-    assert shining.sum() > 20
-    np.testing.assert_allclose(with_it["Combined"][shining], without["Combined"][shining], atol=1)
+
+    def passes(sky_filter):
+        picture(scene, sky_filter, samples=1)
+        return stage.render(tmp_path)
+
+    skies.check_passes(scene, passes)
 
 
 def test_what_is_not_filtered(scene, tmp_path):

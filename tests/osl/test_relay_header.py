@@ -67,12 +67,13 @@ class Maps:
             u, v = cell % CELLS_A_ROW + x - column, cell // CELLS_A_ROW + y - row
         at = math.floor(v * parts), math.floor(u * parts)
         direction, place = self.files[f"{stem}direction"][at].astype(float), self.files[f"{stem}place"][at]
+        told = place
         if np.abs(direction).max() > 2.0**32:
             direction /= TO_SKY
             place = FAR * direction / np.linalg.norm(direction)
         elif not direction.any():
             place = np.zeros(3)
-        return {"direction": direction, "place": place, "tint": self.files[f"{stem}tint"][0, 0]}
+        return {"direction": direction, "place": place, "told": told, "tint": self.files[f"{stem}tint"][0, 0]}
 
 
 @pytest.fixture(scope="module")
@@ -118,6 +119,24 @@ def test_legs_are_those_of_the_part_that_a_place_lies_in(maps, name, tmp_path):
     kinds = np.array([np.linalg.norm(leg["place"]) for leg in legs])
     assert (kinds == 0).mean() > 0.2 and (kinds > FAR / 2).mean() > 0.2
     np.testing.assert_allclose(found, expected, rtol=4e-7, atol=4e-7 * FAR if name == "place" else 4e-7)
+
+
+@pytest.mark.parametrize("axis", ["major", "minor"])
+def test_footprints_are_told_in_the_place_of_places(maps, axis, tmp_path):
+    """Of legs to the sky: across the direction the major axis, along it the length of the minor one."""
+    rows, places = asked()
+    call = code(maps, axis).replace(
+        "out =", "vector major, minor;\n    relay_footprint(part, direction, major, minor);\n    out ="
+    )
+    found = shader_values.evaluate(tmp_path, ["relay_maps.h"], call, rows)
+    legs = [maps.leg(*place) for place in places]
+    to_sky = np.array([np.linalg.norm(leg["place"]) > FAR / 2 for leg in legs])
+    toward = np.array([leg["direction"] / np.linalg.norm(leg["direction"]) for leg in np.array(legs)[to_sky]])
+    told = np.array([leg["told"] for leg in np.array(legs)[to_sky]])
+    narrow = (told * toward).sum(axis=1, keepdims=True)
+    major = told - narrow * toward
+    minor = narrow * np.cross(toward, major / np.linalg.norm(major, axis=1, keepdims=True))
+    np.testing.assert_allclose(found[to_sky], major if axis == "major" else minor, atol=1e-5)
 
 
 def test_beyond_the_maps_their_edge_is_read(maps, tmp_path):

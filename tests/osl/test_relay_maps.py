@@ -99,3 +99,21 @@ def test_another_blender_has_maps_of_its_own(tmp_path, monkeypatch):
     relay.forget_all()
     assert all(file.exists() for file in ours)
     relay_maps.remove(ours)
+
+
+def test_footprints_have_the_moments_of_changes():
+    """Axes of an ellipse, square to each other and to the direction, whose squares add up as the changes' do."""
+    random = np.random.default_rng(5)
+    toward, right, up = random.normal(size=(3, 1000, 3))
+    toward /= np.linalg.norm(toward, axis=1, keepdims=True)
+    right[:10] = up[10:20] = 0
+    right[20:30] = 2 * up[20:30]
+    told = relay_maps.ellipse(toward, right, up)
+    across = np.eye(3) - toward[:, :, None] * toward[:, None]
+    right, up = (np.einsum("nij,nj->ni", across, change) for change in (right, up))
+    narrow = (told * toward).sum(axis=1, keepdims=True)
+    major = told - narrow * toward
+    minor = narrow * np.cross(toward, major / np.linalg.norm(major, axis=1, keepdims=True))
+    assert (narrow[:, 0] <= np.linalg.norm(major, axis=1) + 1e-12).all() and (narrow > -1e-12).all()
+    one, other = (x[:, :, None] * x[:, None] + y[:, :, None] * y[:, None] for x, y in ((major, minor), (right, up)))
+    np.testing.assert_allclose(one, other, atol=1e-12)
