@@ -176,6 +176,7 @@ int follow_past_disk(Space space, Disk disk, point start, vector direction, int 
       order += 1;
     }
     if (fate == FATE_NEAR) placed(space, next, p, d);
+    if (fate == FATE_INSIDE && next.x * disk.inner > 1 && is_captured(space, next)) fate = FATE_LOST;
     if (fate != FATE_INSIDE || passed < 1e-4) return fate == FATE_INSIDE ? FATE_LOST : fate;
     ray = next;
   }

@@ -71,6 +71,9 @@ int cross_lens(Lens lens, Chord chord, point q, vector d, output point p, output
   return fate;
 }
 
+/* A direction between a wormhole's mouths: the world beyond would look mirrored without. */
+vector mirrored(int fate, vector d) { return fate == FATE_FAR ? vector(d[0], -d[1], d[2]) : d; }
+
 /* A direction that leaves with this fate, in the world. */
 vector leaving(Lens lens, int fate, vector out)
 {
@@ -93,19 +96,38 @@ vector change_beside(Lens lens, point q, vector d, float before, vector shift, v
   return change;
 }
 
-/* `toward`, with the derivatives that it has over `pixels` of the picture, by rays so far apart. Cycles tells how far rays of
- * neighboring pixels are apart here, and their angle, but not which way: two directions square to each other stand for all.
- */
-vector with_derivatives(Lens lens, point q, vector d, float before, int fate, vector toward, float pixels)
+/* The same without spin, along the unit vector `square` to the plane of the ray, in closed form: that plane turns with d and
+ * `aside`, and `out`, where the ray leaves in the object, stays the same sum of the two. */
+vector change_of_plane(Lens lens, Chord chord, vector d, vector square, float shift, float turn, int fate, vector out)
 {
-  float apart = pixels * length(Dx(P)), angle = pixels * length(Dx(I));
-  if (apart == 0) return toward;
+  vector within = mirrored(fate, out);
+  float shifted = shift + (chord.last - chord.half) * turn; /* `aside` */
+  float change = dot(within, chord.aside) / dot(chord.aside, chord.aside) * shifted + dot(within, d) * turn;
+  return change * leaving(lens, fate, mirrored(fate, square));
+}
+
+/* `toward`, with the derivatives that it has over `pixels` of the picture, by rays so far apart. Cycles tells how far rays of
+ * neighboring pixels are apart here, and their angle, but not which way: two directions square to each other stand for all,
+ * one of them in the plane of the ray. `out`: `toward` in the object.
+ */
+vector with_derivatives(Lens lens, point q, vector d, float before, Chord chord, int fate, vector out, vector toward,
+                        float pixels)
+{
+  vector beside[2], same[2];
   float to_object = length(transform("world", "object", normalize(I)));
-  vector beside[2];
-  beside[0] = normalize(cross(d, abs(d[2]) < 0.9 ? vector(0, 0, 1) : vector(1, 0, 0)));
+  float angle = pixels * length(Dx(I)), apart = pixels * to_object * length(Dx(P));
+  if (apart == 0) return toward;
+  int is_plane = lens.space.a == 0 && length(chord.aside) > 1e-3;
+  vector aside = is_plane ? chord.aside : cross(d, abs(d[2]) < 0.9 ? vector(0, 0, 1) : vector(1, 0, 0));
+  beside[0] = normalize(aside);
   beside[1] = cross(d, beside[0]);
-  for (int i = 0; i < 2; i++)
-    beside[i] = change_beside(lens, q, d, before, apart * to_object * beside[i], angle * beside[i], fate, toward);
-  return with_slopes(toward, beside[0], beside[1]);
+  for (int i = 0; i < 2; i++) {
+    if (is_plane && i == 1)
+      beside[i] = change_of_plane(lens, chord, d, beside[i], apart, angle, fate, out);
+    else
+      beside[i] = change_beside(lens, q, d, before, apart * beside[i], angle * beside[i], fate, toward);
+  }
+  STRIP_DERIVATIVES("changes", beside, same);
+  return with_slopes(toward, same[0], same[1]);
 }
 #endif

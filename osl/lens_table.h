@@ -58,15 +58,16 @@ int cross_by_table(Space space, string total, string outward, point start, vecto
   float x = wormhole ? map_x_ellis(0.5 / R) : (space.chart == CHART_ISOTROPIC ? map_x_schwarzschild(0.5 / R) : 1 / R);
   float delta = wormhole ? map_delta_ellis(x, sine) : map_delta_schwarzschild(x, sine);
   if (delta <= 0 && !wormhole) return FATE_LOST;
-  float swept = total_swept(total, wormhole, delta) - outward_swept(outward, wormhole, x, inward, sine);
+  float before = outward_swept(outward, wormhole, x, inward, sine), after = before; /* outside the spheres */
   int side = delta > 0 ? 1 : -1;
   if (side < 0) {
     R = space.far_radius;
     x = map_x_ellis(0.5 / R);
     sine = min((1 + delta) * sqrt((1 - x) * (1 + x)), 1);
     inward = sqrt((1 - sine) * (1 + sine));
+    after = outward_swept(outward, wormhole, x, inward, sine);
   }
-  swept -= outward_swept(outward, wormhole, x, inward, sine);
+  float swept = total_swept(total, wormhole, delta) - before - after;
   float turned = cos(swept), along = sin(swept);
   vector there = turned * n + along * across;
   vector ahead = turned * across - along * n;

@@ -235,6 +235,16 @@ int stepped(Space space, Ray ray, output Ray next, output float h)
   return space.chart != CHART_WORMHOLE && next.x >= horizon ? FATE_LOST : FATE_INSIDE;
 }
 
+/* Whether a ray is past return: it goes inward, and nothing slows it on its way to the horizon. Its acceleration over x is
+ * quadratic in x, and concave or growing (Q above or below 0): both ends tell. Steps shrink toward the horizon, around which
+ * a spinning hole drags light without end, so that the rest of the way would take many. */
+int is_captured(Space space, Ray ray)
+{
+  float horizon = 1 / (1 + sqrt(1 - space.a * space.a));
+  return space.chart != CHART_WORMHOLE && ray.v > 0 && acceleration(space, ray, ray.x) > 0 &&
+         acceleration(space, ray, horizon) > 0;
+}
+
 /* From inside the sphere or from its surface to where the ray leaves: fate, point and local direction. */
 int follow(Space space, point start, vector direction, output point p, output vector d)
 {
@@ -247,6 +257,7 @@ int follow(Space space, point start, vector direction, output point p, output ve
       if (fate != FATE_LOST) placed(space, next, p, d);
       return fate;
     }
+    if (is_captured(space, next)) return FATE_LOST;
     ray = next;
   }
   return FATE_LOST;

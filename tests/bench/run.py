@@ -15,6 +15,7 @@ import bench_flicker
 import bench_intersect
 import bench_lens
 import bench_lens_sky
+import bench_lens_sky_time
 import bench_lights
 import bench_relay
 import bench_room
@@ -139,6 +140,16 @@ def lens_section(times: bench_lens.LensTimes) -> str:
     )
 
 
+def lens_sky_section(times: dict[str, float]) -> str:
+    """What Cycles pays for a lens where nothing else is seen."""
+    width, height = bench_lens_sky_time.RESOLUTION
+    rows = [[name, f"{1e6 * value:.2f}", f"{value / times['no lens']:.1f}"] for name, value in times.items()]
+    return (
+        f"## A lens and an image of the sky by Cycles, {width} x {height}, {bench_lens_sky_time.SAMPLES} samples\n\n"
+        "Processor time, all in Open Shading Language.\n\n" + table(["picture", "µs a sample", "over no lens"], rows)
+    )
+
+
 def relay_section(costs: dict[str, bench_relay.RelayCost], resolution: tuple[int, int]) -> str:
     """Rays and memory of the relay camera's maps, by what is seen, in so many pixels."""
     width, height = resolution
@@ -235,6 +246,7 @@ def main() -> None:
     sections.append(viewport_section(bench_viewport.measure()))
     log.info("lens")
     sections.append(lens_section(bench_lens.measure()))
+    sections.append(lens_sky_section(bench_lens_sky_time.measure()))
     log.info("relay camera")
     resolution = bench_relay.FULL_HD if args.relay_full_hd else bench_relay.RESOLUTION
     cases = [case for case in bench_relay.CASES if case.always or args.relay_full_hd]

@@ -163,3 +163,36 @@ def test_rays_leave_from_the_right_point(name, tmp_path):
     radius = SPACES[name][3]
     assert np.abs(np.linalg.norm(exits[clear], axis=1) / radius - 1).max() < 1e-6
     assert beside.max() < 1e-4 * radius
+
+
+CHANGES = """
+Lens lens;
+lens.space.chart = {chart}, lens.space.a = 0, lens.space.radius = {radius!r}, lens.space.far_radius = {far!r};
+lens.total = "{total}", lens.outward = "{outward}", lens.soft_edge = 0.2;
+lens.far_x = vector(0, 2, 0), lens.far_y = vector(0, 0, 2), lens.far_z = vector(2, 0, 0);
+point q = point(in[0], in[1], in[2]) / {radius!r}, p;
+vector d = normalize(vector(in[3], in[4], in[5])), leaves;
+Chord chord = chord_of(q, d, 1e9);
+int fate = misses(chord) ? FATE_LOST : cross_lens(lens, chord, q, d, p, leaves);
+if (fate != FATE_LOST) {{
+  vector square = normalize(cross(d, chord.aside));
+  vector known = change_of_plane(lens, chord, d, square, 2e-3, -3e-3, fate, leaves);
+  vector found = change_beside(lens, q, d, 1e9, 2e-3 * square, -3e-3 * square, fate, leaving(lens, fate, leaves));
+  out = vector(length(known - found), length(found), length(chord.aside));
+}}
+"""
+
+
+@pytest.mark.parametrize("name", ["schwarzschild", "areal", "ellis"])
+def test_rays_beside_the_plane_of_a_ray(name, tmp_path):
+    """In closed form and by a ray of their own, which half a difference in its place is off by its own square."""
+    chart, _, _, radius = SPACES[name]
+    points, directions = rays(radius, False, 4)
+    table_call(tmp_path, name)
+    total, outward = tmp_path / "total.exr", tmp_path / "outward.exr"
+    code = CHANGES.format(chart=chart, radius=radius, far=FAR_RADIUS, total=total, outward=outward)
+    numbers = np.concatenate([points, directions], axis=1)
+    off, size, aside = shader_values.evaluate(tmp_path, ["lens_ray.h"], code, numbers).astype(float).T
+    seen = (size > 0) & (aside > 0.05)
+    assert seen.sum() > COUNT / 2
+    assert np.median(off[seen] / size[seen]) < 5e-3 and np.quantile(off[seen] / size[seen], 0.95) < 0.05
