@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import bpy
 import numpy as np
 
-from ..cycles import failures, lens, radius, relay, setup, stars
+from ..cycles import failures, lens, lens_sky, radius, relay, setup, stars
 from ..report import RenderError, told
 from ..sync import spacetime
 from ..sync.scene_data import SpacetimeData
@@ -19,7 +19,8 @@ def settings(scene: bpy.types.Scene) -> tuple:
     """What findings depend on and Blender tells of no change of: settings of Cycles, and what handlers could not do."""
     if scene.render.engine != "CYCLES":
         return ()
-    return scene.cycles.device, setup.gpu_kind(), scene.cycles.shading_system, *failures.of_scene(scene)
+    own = scene.cycles.device, setup.gpu_kind(), scene.cycles.shading_system
+    return *own, *lens_sky.settings(scene), *failures.of_scene(scene)
 
 
 def unmade(scene: bpy.types.Scene, known: list[Finding]) -> Iterator[Finding]:
@@ -44,7 +45,7 @@ def shaders_unread(scene: bpy.types.Scene) -> Iterator[Finding]:
 def left_out(
     scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, depsgraph: bpy.types.Depsgraph, items: list[SpacetimeData]
 ) -> Iterator[Finding]:
-    """What lenses do not show: disks, meshes and lamps. Raises RenderError for lenses that overlap."""
+    """What lenses do not show: disks, meshes, lamps and skies. Raises RenderError for lenses that overlap."""
     lenses = lens.find(scene)
     held = [
         radius.with_lens_radius(item, scene.objects[item.name].evaluated_get(depsgraph))
@@ -61,7 +62,7 @@ def left_out(
         for text in setup.left_out(hole, item, used, obstacles):
             yield Finding(text, "OBJECT", item.name)
     yield from _lost_lamps(view_layer, depsgraph, held, radii)
-    for text in stars.warnings(scene):
+    for text in stars.warnings(scene) + lens_sky.warnings(scene, depsgraph):
         yield Finding(text, "WORLD", scene.world.name)
 
 

@@ -128,6 +128,16 @@ def _read(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> tuple[Sky |
     return Sky(node_copy.TreeData(nodes, links), world.output, images, told_stars), left
 
 
+def settings(scene: bpy.types.Scene) -> tuple:
+    """What decides on warnings and Blender tells of no change of."""
+    world = scene.world
+    if not world:
+        return ()
+    layers = [(layer.use_sky, layer.use_pass_environment, *layer.aovs.keys()) for layer in scene.view_layers]
+    seen = world.lightgroup, world.cycles_visibility.camera, scene.render.film_transparent
+    return scene.bentlight.sky_filter > 0, *seen, *layers
+
+
 def _is_asked_for(scene: bpy.types.Scene) -> bool:
     """Whether lenses are to filter images, and camera rays see the sky."""
     world = scene.world
@@ -160,14 +170,14 @@ def _obstacle_in_nodes(
     scene: bpy.types.Scene, world: node_groups.FlatTree, nodes: dict[node_copy.Name, node_copy.NodeData], links: tuple
 ) -> str:
     """As _obstacle, by the world's nodes, of which `nodes` and `links` are seen."""
+    if any(end == world.output and place != 0 for _start, _output, end, place in links):
+        return told("world '{}' has a volume", scene.world.name)
     used = {(start, output) for start, output, _end, _place in links}
     for name, data in nodes.items():
         outputs = {output for start, output in used if start == name}
         is_known = data.kind in _PLAIN | _TEXTURES | {_LIGHT, _OUTPUT} or STARS_MARK in world.sources[name]
         if not is_known and not (data.kind in _DIRECTIONS and outputs <= set(_DIRECTIONS[data.kind])):
             return told("lenses cannot show node '{}' of world '{}'", world.shown_name(name), scene.world.name)
-        if data.kind == _OUTPUT and any(end == name and place != 0 for _start, _output, end, place in links):
-            return told("world '{}' has a volume", scene.world.name)
     passes = {aov.name for layer in scene.view_layers for aov in layer.aovs}
     for name, node in world.sources.items():
         if node.bl_idname == _PASS and node.aov_name in passes and not node.mute:
