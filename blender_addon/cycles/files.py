@@ -17,7 +17,7 @@ from ..report import RenderError
 
 _PACKAGE = __package__.rpartition(".")[0]
 _KEPT_S = 30 * 24 * 3600.0
-_PASSING = 16  # files of images that change from frame to frame
+_PASSING = 8  # files of images that change from frame to frame
 
 
 def named_by_content(stem: str, pixels: np.ndarray) -> Path:

@@ -102,6 +102,7 @@ def warnings(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[str
 
 
 def _read(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> tuple[Sky | None, list[str]]:
+    """What read and warnings return; warnings only where an image is seen."""
     if not _is_asked_for(scene):
         return None, []
     star_node = stars.find(scene.world.node_tree)

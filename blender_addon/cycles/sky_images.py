@@ -39,7 +39,8 @@ class File(NamedTuple):
     height: int
 
 
-_files: dict[_Key, File | RenderError] = {}  # reading pixels takes longer than a change of the scene may
+# Or why there is none. Reading pixels takes longer than a change of the scene may.
+_files: dict[_Key, File | str] = {}
 
 
 def forget() -> None:
@@ -57,24 +58,27 @@ def file_of(image: bpy.types.Image, user: bpy.types.ImageUser | None = None, fra
         raise RenderError("image '{}' is a movie", image.name)
     if image.source == "TILED":
         raise RenderError("image '{}' is tiled (UDIM)", image.name)
-    is_sequence = image.source == "SEQUENCE" and user is not None
-    path = bpy.path.abspath(
-        _frame_path(image.filepath, user, frame) if is_sequence else image.filepath, library=image.library
-    )
+    path = image.filepath if image.source != "SEQUENCE" or user is None else _frame_path(image.filepath, user, frame)
+    path = bpy.path.abspath(path, library=image.library)
     key = _key(image, path)
     known = _files.get(key)
     if known is None or (isinstance(known, File) and not known.path.is_file()):
         try:
-            pixels = file_pixels(image, path, log.warning) if is_sequence else image_pixels(image, log.warning)
-            colors = _linear(pixels)
-            name = files.passing if is_sequence else files.named_by_content
-            known = File(name("sky", colors[::-1]), len(colors))
+            known = _written(image, path)
         except RenderError as error:
-            known = error
+            known = str(error)
         _files[key] = known
-    if isinstance(known, RenderError):
-        raise known
+    if isinstance(known, str):
+        raise RenderError(known)
     return known
+
+
+def _written(image: bpy.types.Image, path: str) -> File:
+    if image.source == "SEQUENCE":
+        colors = _linear(file_pixels(image, path, log.warning))
+        return File(files.passing("sky", colors[::-1]), len(colors))
+    colors = _linear(image_pixels(image, log.warning))
+    return File(files.named_by_content("sky", colors[::-1]), len(colors))
 
 
 def _key(image: bpy.types.Image, path: str) -> _Key:
