@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import bpy
 import numpy as np
 
-from ..cycles import failures, lens, radius, relay, setup, stars
+from ..cycles import failures, lens, lens_sky, radius, relay, setup, stars
 from ..report import RenderError, told
 from ..sync import spacetime
 from ..sync.scene_data import SpacetimeData
@@ -19,7 +19,8 @@ def settings(scene: bpy.types.Scene) -> tuple:
     """What findings depend on and Blender tells of no change of: settings of Cycles, and what handlers could not do."""
     if scene.render.engine != "CYCLES":
         return ()
-    return scene.cycles.device, setup.gpu_kind(), scene.cycles.shading_system, *failures.of_scene(scene)
+    own = scene.cycles.device, setup.gpu_kind(), scene.cycles.shading_system
+    return *own, *lens_sky.settings(scene), *failures.of_scene(scene)
 
 
 def unmade(scene: bpy.types.Scene, known: list[Finding]) -> Iterator[Finding]:
@@ -44,7 +45,7 @@ def shaders_unread(scene: bpy.types.Scene) -> Iterator[Finding]:
 def left_out(
     scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, depsgraph: bpy.types.Depsgraph, items: list[SpacetimeData]
 ) -> Iterator[Finding]:
-    """What lenses do not show: disks, meshes and lamps. Raises RenderError for lenses that overlap."""
+    """What lenses do not show: disks, meshes, lamps and stars. Raises RenderError for lenses that overlap."""
     lenses = lens.find(scene)
     held = [
         radius.with_lens_radius(item, scene.objects[item.name].evaluated_get(depsgraph))
@@ -65,6 +66,13 @@ def left_out(
         yield Finding(text, "WORLD", scene.world.name)
 
 
+def unfiltered(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Iterator[Finding]:
+    """Skies that neither lenses nor a relay camera filter."""
+    if lens.all_of(scene) or relay.source_of(scene.camera) is not None:
+        for text in lens_sky.warnings(scene, depsgraph):
+            yield Finding(text, "WORLD", scene.world.name)
+
+
 def _lost_lamps(
     view_layer: bpy.types.ViewLayer, depsgraph: bpy.types.Depsgraph, held: list[SpacetimeData], radii: list[float]
 ) -> Iterator[Finding]:
@@ -83,7 +91,7 @@ def findings(
     scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, depsgraph: bpy.types.Depsgraph, items: list[SpacetimeData]
 ) -> list[Finding]:
     """All of it; `items` can be rendered."""
-    found = list(shaders_unread(scene))
+    found = [*shaders_unread(scene), *unfiltered(scene, depsgraph)]
     try:
         return found + list(left_out(scene, view_layer, depsgraph, items))
     except RenderError as error:

@@ -3,9 +3,7 @@ what a ray stands for, however bending stretches it, less what the world shows p
 
 Cycles tells a world nothing of that, but osl/lens.osl and osl/relay_screen.osl know. So their materials have two copies
 of the world's nodes, with images filtered and as they are, and shine as these differ; rays go on to the world, which
-shows the rest and leaves all passes as they are. Only for worlds with images of the sky, made of nodes that ask for no
-more than a direction, seen by the camera in all view layers, without a light group, a volume or a transparent film; and
-on CPUs: graphics cards' shaders cannot ask whether a ray meets something.
+shows the rest and leaves all passes as they are. `_obstacle` and `_obstacle_in_nodes` tell what stands in the way.
 """
 
 from __future__ import annotations
@@ -15,9 +13,10 @@ from typing import NamedTuple
 
 import bpy
 
+from ..report import RenderError, told
 from ..sync.material import node_tree
 from ..sync.nodes.shaders import STARS_MARK
-from . import node_copy, shaders, sky_images, stars
+from . import node_copy, node_groups, shaders, sky_images, stars
 
 SOCKETS = {"Toward": "NodeSocketVector", "Along": "NodeSocketVector", "Sky": "NodeSocketColor"}
 """The outputs of their shaders that this needs."""
@@ -25,7 +24,7 @@ SOCKETS = {"Toward": "NodeSocketVector", "Along": "NodeSocketVector", "Sky": "No
 _KEY = "bentlight_sky"  # fingerprint of what is filtered, and the mark of the nodes that do
 _TREE = "Bentlight Sky"
 _IMAGE = "ShaderNodeTexEnvironment"
-_COORDINATE, _LIGHT = "ShaderNodeTexCoord", "ShaderNodeBackground"
+_LIGHT = "ShaderNodeBackground"
 _OUTPUT, _PLACEHOLDER = "ShaderNodeOutputWorld", "ShaderNodeEmission"
 # Those that know no more than what is linked to them, and those that, where nothing is, know the direction.
 _PLAIN = {
@@ -73,60 +72,131 @@ _TEXTURES = {
     "ShaderNodeTexWave",
     "ShaderNodeTexWhiteNoise",
 }
+_UNMOVED = {  # an Environment Texture's own mapping
+    **{"translation": (0, 0, 0), "rotation": (0, 0, 0), "scale": (1, 1, 1)},
+    **{"mapping_x": "X", "mapping_y": "Y", "mapping_z": "Z"},
+}
+# By places of outputs of nodes that tell places and directions: how often that of the ray they are in a world.
+_DIRECTIONS = {
+    "ShaderNodeTexCoord": {0: 1, 1: -1, 3: 1, 6: -1},  # Generated, Normal, Object, Reflection
+    "ShaderNodeNewGeometry": {0: 1, 1: -1, 3: -1, 4: -1},  # Position, Normal, True Normal, Incoming
+}
 
 
 class Sky(NamedTuple):
     """What is filtered: the world's nodes; by the names of theirs, files of images, and what stars.osl is told."""
 
     nodes: node_copy.TreeData
-    output: str  # name of the node that shows it
-    images: dict[str, sky_images.File]
-    stars: dict[str, dict[str, shaders.Socket]]
+    output: node_groups.Path  # of the node that shows it
+    images: dict[node_groups.Path, sky_images.File]
+    stars: dict[node_groups.Path, dict[str, shaders.Socket]]
 
 
 def read(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Sky | None:
     """The sky of a scene's world in this frame; None where nothing is to be filtered."""
-    if not _may_be_copied(scene):
-        return None
+    return _read(scene, depsgraph)[0]
+
+
+def warnings(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[str]:
+    """Why images of the sky are not filtered, though that is asked for."""
+    return _read(scene, depsgraph)[1]
+
+
+def _read(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> tuple[Sky | None, list[str]]:
+    """What read and warnings return; warnings only where an image is seen."""
+    if not _is_asked_for(scene):
+        return None, []
     star_node = stars.find(scene.world.node_tree)
-    tree = node_tree(scene.world.evaluated_get(depsgraph))
-    if star_node and star_node.name not in tree.nodes:  # they have only just been added
-        tree = scene.world.node_tree
-    output = tree.get_output_node("CYCLES")
-    if not output or output.inputs["Volume"].is_linked:
-        return None
-    others = [node for node in tree.nodes if STARS_MARK not in node and node.bl_idname != "NodeFrame"]
-    if not all(_is_known(node) for node in others):
-        return None
-    found = {node.name: sky_images.file_of(node.image) for node in others if _is_filtered(node)}
-    images = {name: file for name, file in found.items() if file}
+    shown = scene.world.evaluated_get(depsgraph)
+    if star_node and star_node.name not in shown.node_tree.nodes:  # they have only just been added
+        shown = scene.world
+    world = node_groups.flattened(shown)
+    nodes, links = world.leading_to(world.output)
+    textures = [name for name in nodes if _is_image(world.sources[name])]
+    if not textures:
+        return None, []
+    reason = _obstacle(scene) or _obstacle_in_nodes(scene, world, nodes, links)
+    if reason:
+        return None, [told("Sky Filter does nothing in Cycles: {}", reason)]
+    images, left = _files(scene, world, textures)
     if not images:
-        return None
-    told = {star_node.name: stars.told_shader(star_node)} if star_node else {}
-    nodes, links = node_copy.describe(tree)
-    nodes |= {name: node_copy.NodeData(_PLACEHOLDER, {}, ()) for name in told}  # code is not copied
-    return Sky(node_copy.TreeData(nodes, links), output.name, images, told)
+        return None, left
+    # their code is not copied
+    star_names = {name for name in nodes if STARS_MARK in world.sources[name]}
+    nodes = nodes | {
+        name: node_copy.NodeData(_PLACEHOLDER, {"mute": world.sources[name].mute}, ()) for name in star_names
+    }
+    told_stars = {name: stars.told_shader(star_node) for name in star_names if not world.sources[name].mute}
+    return Sky(node_copy.TreeData(nodes, links), world.output, images, told_stars), left
 
 
-def _may_be_copied(scene: bpy.types.Scene) -> bool:
-    """Whether a scene's settings let lenses add to its world."""
+def settings(scene: bpy.types.Scene) -> tuple:
+    """What decides on warnings and Blender tells of no change of."""
     world = scene.world
-    if not world or not node_tree(world) or world.lightgroup or not world.cycles_visibility.camera:
+    if not world:
+        return ()
+    layers = [layer.use_sky for layer in scene.view_layers]
+    seen = world.lightgroup, world.cycles_visibility.camera, scene.render.film_transparent
+    return scene.bentlight.sky_filter > 0, *seen, *layers
+
+
+def _is_asked_for(scene: bpy.types.Scene) -> bool:
+    """Whether images are to be filtered, and camera rays see the sky."""
+    world = scene.world
+    if not world or not node_tree(world) or not world.cycles_visibility.camera or scene.render.film_transparent:
         return False
-    if scene.cycles.device == "GPU" or scene.bentlight.sky_filter == 0 or scene.render.film_transparent:
-        return False
-    return not any(not layer.use_sky or getattr(layer, "world_override", None) for layer in scene.view_layers)
+    return scene.bentlight.sky_filter > 0 and any(layer.use_sky for layer in scene.view_layers)
 
 
-def _is_known(node: bpy.types.Node) -> bool:
-    """Whether a node shows in a material what it shows in a world, once it is told the direction."""
-    if node.bl_idname == _COORDINATE:
-        return not any(output.is_linked for output in node.outputs if output.name != "Generated")
-    return node.bl_idname in _PLAIN | _TEXTURES | {_LIGHT, _OUTPUT}
+def _is_image(node: bpy.types.Node) -> bool:
+    return node.bl_idname == _IMAGE and node.image is not None and not node.mute
 
 
-def _is_filtered(node: bpy.types.Node) -> bool:
-    return node.bl_idname == _IMAGE and node.projection == "EQUIRECTANGULAR" and node.image is not None
+def _obstacle(scene: bpy.types.Scene) -> str:
+    """Why lenses cannot add to a scene's world, by its settings; "" where they can."""
+    if scene.cycles.device == "GPU":  # shaders there cannot ask whether a ray meets something
+        return told("it works on the CPU alone")
+    if scene.world.lightgroup:
+        return told("world '{}' is in a light group", scene.world.name)
+    for layer in scene.view_layers:
+        if not layer.use_sky:
+            return told("view layer '{}' leaves the world out", layer.name)
+        if getattr(layer, "world_override", None):
+            return told("view layer '{}' has a world of its own", layer.name)
+    return ""
+
+
+def _obstacle_in_nodes(
+    scene: bpy.types.Scene, world: node_groups.FlatTree, nodes: dict[node_copy.Name, node_copy.NodeData], links: tuple
+) -> str:
+    """As _obstacle, by the world's nodes, of which `nodes` and `links` are seen."""
+    if any(end == world.output and place != 0 for _start, _output, end, place in links):
+        return told("world '{}' has a volume", scene.world.name)
+    used = {(start, output) for start, output, _end, _place in links}
+    for name, data in nodes.items():
+        outputs = {output for start, output in used if start == name}
+        is_known = data.kind in _PLAIN | _TEXTURES | {_LIGHT, _OUTPUT} or STARS_MARK in world.sources[name]
+        if not is_known and not (data.kind in _DIRECTIONS and outputs <= set(_DIRECTIONS[data.kind])):
+            return told("lenses cannot show node '{}' of world '{}'", world.shown_name(name), scene.world.name)
+    return ""
+
+
+def _files(
+    scene: bpy.types.Scene, world: node_groups.FlatTree, textures: list[node_groups.Path]
+) -> tuple[dict[node_groups.Path, sky_images.File], list[str]]:
+    """The files of images by the names of their nodes, and why some have none."""
+    found, left = {}, []
+    for name in textures:
+        node, mapping = world.sources[name], world.data.nodes[name].settings["texture_mapping"]
+        try:
+            if node.projection != "EQUIRECTANGULAR":
+                raise RenderError("image '{}' is a mirror ball", node.image.name)
+            if any(mapping[part] != value for part, value in _UNMOVED.items()):
+                raise RenderError("node '{}' has a Texture Mapping", world.shown_name(name))
+            found[name] = sky_images.file_of(node.image, node.image_user, scene.frame_current)
+        except RenderError as error:
+            left.append(told("Sky Filter does nothing for an image in Cycles: {}", error))
+    return found, left
 
 
 def pixels(scene: bpy.types.Scene) -> float:
@@ -208,8 +278,10 @@ def _adapt(
     star_inputs: dict[str, shaders.Socket] | None,
 ) -> None:
     """Tells a node the direction that in a world it knows, and replaces those that are something else in a material."""
-    if node.bl_idname == _COORDINATE:
-        node_copy.take_over(tree, node.outputs["Generated"], toward)
+    if node.mute:
+        return
+    if node.bl_idname in _DIRECTIONS:
+        _direct(tree, node, toward)
     elif star_inputs:
         shown = shaders.new_node(tree, "stars", {**star_inputs, "Toward": ("NodeSocketVector", None)})
         tree.links.new(toward, shown.inputs["Toward"])
@@ -227,6 +299,18 @@ def _adapt(
             tree.links.new(toward, vector)
         if image:
             _filter(tree, node, image)
+
+
+def _direct(tree: bpy.types.NodeTree, node: bpy.types.Node, toward: bpy.types.NodeSocket) -> None:
+    """Lets the direction take the place of a node that tells it."""
+    for place, sign in _DIRECTIONS[node.bl_idname].items():
+        if node.outputs[place].is_linked:
+            scaled = tree.nodes.new("ShaderNodeVectorMath")
+            scaled.operation = "SCALE"
+            scaled.inputs["Scale"].default_value = sign
+            tree.links.new(toward, scaled.inputs[0])
+            node_copy.take_over(tree, node.outputs[place], scaled.outputs[0])
+    tree.nodes.remove(node)
 
 
 def _filter(tree: bpy.types.NodeTree, node: bpy.types.Node, image: sky_images.File) -> None:

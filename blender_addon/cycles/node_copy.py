@@ -10,18 +10,21 @@ _OF_ALL_NODES = {prop.identifier for prop in bpy.types.Node.bl_rna.properties} -
 
 
 class NodeData(NamedTuple):
-    """One node: its settings, and its inputs by index, None where they are linked or have no value."""
+    """One node: its settings, and its inputs by index, None where they have no value."""
 
     kind: str
     settings: dict[str, Any]
     inputs: tuple[Any, ...]
 
 
+Name = str | tuple  # as in its tree, or of node_groups
+
+
 class TreeData(NamedTuple):
     """Nodes by name, and links (from, output, to, input), sockets by index."""
 
-    nodes: dict[str, NodeData]
-    links: tuple[tuple[str, int, str, int], ...]
+    nodes: dict[Name, NodeData]
+    links: tuple[tuple[Name, int, Name, int], ...]
 
 
 def describe(tree: bpy.types.NodeTree) -> TreeData:
@@ -40,7 +43,7 @@ def _index(sockets: Any, wanted: bpy.types.NodeSocket) -> int | None:
 
 
 def _describe_node(node: bpy.types.Node) -> NodeData:
-    inputs = tuple(_plain(getattr(s, "default_value", None)) if not s.is_linked else None for s in node.inputs)
+    inputs = tuple(_plain(getattr(socket, "default_value", None)) for socket in node.inputs)
     return NodeData(node.bl_idname, _settings(node), inputs)
 
 
@@ -70,7 +73,7 @@ def _plain(value: Any) -> Any:
     return tuple(value) if hasattr(value, "__len__") and not isinstance(value, (str, set)) else value
 
 
-def build(tree: bpy.types.NodeTree, data: TreeData) -> dict[str, bpy.types.Node]:
+def build(tree: bpy.types.NodeTree, data: TreeData) -> dict[Name, bpy.types.Node]:
     """Makes the nodes and links in a tree; returns them by the names they have in `data`."""
     made = {name: _build_node(tree, name, node) for name, node in data.nodes.items()}
     for from_node, output, to_node, place in data.links:
@@ -78,9 +81,10 @@ def build(tree: bpy.types.NodeTree, data: TreeData) -> dict[str, bpy.types.Node]
     return made
 
 
-def _build_node(tree: bpy.types.NodeTree, name: str, data: NodeData) -> bpy.types.Node:
+def _build_node(tree: bpy.types.NodeTree, name: Name, data: NodeData) -> bpy.types.Node:
     node = tree.nodes.new(data.kind)
-    node.name = name
+    if isinstance(name, str):
+        node.name = name
     _set(node, data.settings)
     for socket, value in zip(node.inputs, data.inputs, strict=False):
         if value is not None:

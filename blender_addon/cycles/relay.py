@@ -83,7 +83,8 @@ def update(
         return None
     _show_lenses(scene, False)
     reporter = reporter or Reporter(lambda level, text: None)
-    for text in (text for obj in scene.objects if not obj.hide_render for text in disk.warnings(obj)):
+    texts = [text for obj in scene.objects if not obj.hide_render for text in disk.warnings(obj)]
+    for text in texts + lens_sky.warnings(scene, depsgraph):
         reporter.warn(text)
     seen = _read_all(scene, depsgraph, source, reporter)
     sky = lens_sky.read(scene, depsgraph)

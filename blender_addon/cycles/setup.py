@@ -47,7 +47,7 @@ def setup(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> tuple[list[
     depsgraph.update()
     done = [told("lenses: {}", len(holes)), *_settings(scene, len(holes))]
     update(scene, depsgraph)
-    return done, warnings + stars.warnings(scene)
+    return done, warnings + stars.warnings(scene) + lens_sky.warnings(scene, depsgraph)
 
 
 def _holes(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[bpy.types.Object]:

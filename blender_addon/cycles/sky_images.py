@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import re
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,7 +12,7 @@ import bpy
 import numpy as np
 
 from ..report import RenderError
-from ..sync.images import image_pixels
+from ..sync.images import Pixels, file_pixels, image_pixels
 from . import files
 
 log = logging.getLogger(__name__)
@@ -32,13 +33,14 @@ class _Key(NamedTuple):
 
 
 class File(NamedTuple):
-    """A file of the folder of the tables, top row first; `height`: its rows."""
+    """A file of colors, top row first; `height`: its rows."""
 
     path: Path
     height: int
 
 
-_files: dict[_Key, File | None] = {}  # reading pixels takes longer than a change of the scene may
+# Or why there is none. Reading pixels takes longer than a change of the scene may.
+_files: dict[_Key, File | str] = {}
 
 
 def forget() -> None:
@@ -47,32 +49,57 @@ def forget() -> None:
         del _files[key]
 
 
-def file_of(image: bpy.types.Image) -> File | None:
-    """The file of an image; None for those that change from frame to frame, and those that cannot be read."""
-    if image.source in ("SEQUENCE", "MOVIE", "TILED"):
-        return None
-    key = _key(image)
-    if key not in _files or (_files[key] and not _files[key].path.is_file()):
+def file_of(image: bpy.types.Image, user: bpy.types.ImageUser | None = None, frame: int = 0) -> File:
+    """The file of an image; `user`, `frame`: which picture of an image sequence it is.
+
+    Raises RenderError for images that cannot be read, and for kinds that are not filtered.
+    """
+    if image.source == "MOVIE":  # whose pixels Blender shows in Python as those of some frame
+        raise RenderError("image '{}' is a movie", image.name)
+    if image.source == "TILED":
+        raise RenderError("image '{}' is tiled (UDIM)", image.name)
+    path = image.filepath if image.source != "SEQUENCE" or user is None else _frame_path(image.filepath, user, frame)
+    path = bpy.path.abspath(path, library=image.library)
+    key = _key(image, path)
+    known = _files.get(key)
+    if known is None or (isinstance(known, File) and not known.path.is_file()):
         try:
-            colors = _linear(image)
-            _files[key] = File(files.named_by_content("sky", colors[::-1]), len(colors))
+            known = _written(image, path)
         except RenderError as error:
-            log.warning("%s", error)
-            _files[key] = None
-    return _files[key]
+            known = str(error)
+        _files[key] = known
+    if isinstance(known, str):
+        raise RenderError(known)
+    return known
 
 
-def _key(image: bpy.types.Image) -> _Key:
-    path = bpy.path.abspath(image.filepath, library=image.library)
+def _written(image: bpy.types.Image, path: str) -> File:
+    if image.source == "SEQUENCE":
+        colors = _linear(file_pixels(image, path, log.warning))
+        return File(files.passing("sky", colors[::-1]), len(colors))
+    colors = _linear(image_pixels(image, log.warning))
+    return File(files.named_by_content("sky", colors[::-1]), len(colors))
+
+
+def _key(image: bpy.types.Image, path: str) -> _Key:
     changed = os.stat(path).st_mtime_ns if os.path.isfile(path) else None
     is_painted = image.is_dirty or image.source == "GENERATED"
     space = image.colorspace_settings.name
     return _Key(image.name_full, tuple(image.size), path, changed, space, image.alpha_mode, is_painted)
 
 
-def _linear(image: bpy.types.Image) -> np.ndarray:
+def _frame_path(path: str, user: bpy.types.ImageUser, frame: int) -> str:
+    """Of a frame of an image sequence, as Blender counts them. What it tells itself is right with Auto Refresh alone,
+    and Cycles needs none."""
+    passed, length = frame - user.frame_start + 1, user.frame_duration
+    number = (passed - 1) % length + 1 if user.use_cyclic and length else min(max(passed, 0), length)
+    shown = max(number + user.frame_offset, 0)
+    stem, extension = os.path.splitext(path)
+    return re.sub(r"\d+(?=[^\d/\\]*$)", lambda digits: f"{shown:0{len(digits[0])}}", stem) + extension
+
+
+def _linear(pixels: Pixels) -> np.ndarray:
     """(height, width, 3), rows from the bottom up, float16 where that can hold them."""
-    pixels = image_pixels(image, log.warning)
     colors = pixels.values[..., :3]
     if colors.dtype == np.uint8:
         codes = np.arange(256) / 255

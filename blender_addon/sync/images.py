@@ -104,15 +104,21 @@ def _tile_pixels(image: Any, number: int, warn: Callable[[str], None]) -> Pixels
         if packed:
             path = os.path.join(folder, os.path.basename(path) or "tile")
             Path(path).write_bytes(packed.packed_file.data)
-        try:
-            copy = bpy.data.images.load(path)
-        except RuntimeError as error:
-            raise RenderError("Image '{}': its file '{}' is missing or cannot be read", image.name, name) from error
-        try:
-            copy.colorspace_settings.name, copy.alpha_mode = image.colorspace_settings.name, image.alpha_mode
-            return image_pixels(copy, warn)
-        finally:
-            bpy.data.images.remove(copy)
+        return file_pixels(image, path, warn)
+
+
+def file_pixels(image: Any, path: str, warn: Callable[[str], None]) -> Pixels:
+    """The pixels of a file as `image` would show them: one of its tiles or frames."""
+    try:
+        copy = bpy.data.images.load(path)
+    except RuntimeError as error:
+        text = "Image '{}': its file '{}' is missing or cannot be read"
+        raise RenderError(text, image.name, os.path.basename(path)) from error
+    try:
+        copy.colorspace_settings.name, copy.alpha_mode = image.colorspace_settings.name, image.alpha_mode
+        return image_pixels(copy, warn)
+    finally:
+        bpy.data.images.remove(copy)
 
 
 def _encoded(values: np.ndarray) -> np.ndarray:

@@ -56,6 +56,7 @@ class BENTLIGHT_PT_relay(bpy.types.Panel):
             slices = column.row()
             slices.active = context.scene.render.use_motion_blur
             slices.prop(context.scene.bentlight, "relay_slices")
+            column.prop(context.scene.bentlight, "sky_filter")
             column.prop(context.scene.bentlight, "gravitational")
             column.operator("bentlight.relay_clear")
         else:

@@ -5,7 +5,7 @@ import pytest
 
 from blender_addon import checks
 from blender_addon.cycles import failures, handlers, relay, setup, tables
-from blender_addon.report import RenderError
+from blender_addon.report import RenderError, Reporter
 from tests.engine import stage
 from tests.engine.warned import add_hole, texts
 
@@ -115,3 +115,116 @@ def test_meshes_and_disks_that_a_lens_leaves_out_later(hole):
     hole.bentlight.disk.emission = "IMAGE"
     (text,) = texts()
     assert "has no color ramp" in text
+
+
+@pytest.fixture
+def sky(hole, tmp_path):
+    """The world's image, which lenses filter."""
+    image = bpy.data.images.new("Milky Way", 8, 4, float_buffer=True)
+    image.filepath_raw, image.file_format = str(tmp_path / "sky_0001.exr"), "OPEN_EXR"
+    image.save()
+    world = bpy.context.scene.world or bpy.data.worlds.new("World")
+    bpy.context.scene.world = world
+    if world.node_tree is None:
+        world.use_nodes = True
+    tree = world.node_tree
+    node = tree.nodes.new("ShaderNodeTexEnvironment")
+    node.image = bpy.data.images.load(image.filepath_raw)
+    node.image.name = "Sky"
+    tree.links.new(node.outputs["Color"], tree.nodes["Background"].inputs["Color"])
+    assert texts() == []
+    return node
+
+
+def test_skies_that_are_not_filtered_have_a_reason(sky):
+    """Each thing in the way alone, as long as it is there; in the operator's report too."""
+    scene, world = bpy.context.scene, bpy.context.scene.world
+    for owner, name, value, reason in (
+        (scene.cycles, "device", "GPU", "it works on the CPU alone"),
+        (world, "lightgroup", "Sky", "world 'World' is in a light group"),
+    ):
+        before = getattr(owner, name)
+        setattr(owner, name, value)
+        said = f"Sky Filter does nothing in Cycles: {reason}"
+        assert said in texts(), name
+        assert said in setup.setup(scene, bpy.context.evaluated_depsgraph_get())[1] or name == "device"
+        setattr(owner, name, before)
+        assert texts() == [], name
+    scene.view_layers.new("Other").use_sky = False
+    assert texts() == ["Sky Filter does nothing in Cycles: view layer 'Other' leaves the world out"]
+    scene.view_layers.remove(scene.view_layers["Other"])
+    assert texts() == []
+
+
+def test_skies_of_a_relay_camera_have_a_reason_too(sky):
+    """With no lens left, in the panel and in what a render says."""
+    bpy.ops.bentlight.cycles_clear()
+    bpy.context.scene.cycles.shading_system = True
+    sky.projection = "MIRROR_BALL"
+    assert texts() == []
+    assert bpy.ops.bentlight.relay_setup(bake=False) == {"FINISHED"}
+    said = "Sky Filter does nothing for an image in Cycles: image 'Sky' is a mirror ball"
+    assert texts() == [said]
+    heard = []
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    relay.update(bpy.context.scene, depsgraph, Reporter(lambda level, text: heard.append(text)))
+    assert said in heard
+    bpy.ops.bentlight.relay_clear()
+
+
+def test_worlds_that_lenses_cannot_show_have_a_reason(sky):
+    tree = bpy.context.scene.world.node_tree
+    volume = tree.nodes.new("ShaderNodeVolumeScatter")
+    link = tree.links.new(volume.outputs[0], tree.get_output_node("CYCLES").inputs["Volume"])
+    assert texts() == ["Sky Filter does nothing in Cycles: world 'World' has a volume"]
+    tree.links.remove(link)
+    group = bpy.data.node_groups.new("HDRI", "ShaderNodeTree")
+    group.interface.new_socket("At", in_out="OUTPUT", socket_type="NodeSocketVector")
+    told, result = group.nodes.new("ShaderNodeTexCoord"), group.nodes.new("NodeGroupOutput")
+    group.links.new(told.outputs["Window"], result.inputs["At"])
+    node = tree.nodes.new("ShaderNodeGroup")
+    node.node_tree, node.name = group, "Studio"
+    link = tree.links.new(node.outputs["At"], sky.inputs["Vector"])
+    (text,) = texts()
+    name = "Texture Coordinate" if bpy.app.version >= (5, 0, 0) else "Studio/Texture Coordinate"
+    assert text == f"Sky Filter does nothing in Cycles: lenses cannot show node '{name}' of world 'World'"
+    tree.links.remove(link)
+    assert texts() == []
+
+
+def test_images_that_are_not_filtered_have_a_reason(sky):
+    prefix = "Sky Filter does nothing for an image in Cycles: "
+    sky.projection = "MIRROR_BALL"
+    assert texts() == [f"{prefix}image 'Sky' is a mirror ball"]
+    sky.projection = "EQUIRECTANGULAR"
+    sky.texture_mapping.rotation.z = 1
+    assert texts() == [f"{prefix}node 'Environment Texture' has a Texture Mapping"]
+    sky.texture_mapping.rotation.z = 0
+    for source, reason in (("MOVIE", "image 'Sky' is a movie"), ("TILED", "image 'Sky' is tiled (UDIM)")):
+        sky.image.source = source
+        assert texts() == [prefix + reason]
+    sky.image.source = "SEQUENCE"
+    assert texts() == []
+    sky.image_user.frame_offset = 3
+    assert texts() == [f"{prefix}Image 'Sky': its file 'sky_0004.exr' is missing or cannot be read"]
+
+
+def test_skies_that_nobody_asks_to_filter_or_sees(sky):
+    scene = bpy.context.scene
+    scene.world.lightgroup = "Sky"
+    assert len(texts()) == 1
+    for owner, name, value in (
+        (scene.bentlight, "sky_filter", 0.0),
+        (scene.render, "film_transparent", True),
+        (scene.world.cycles_visibility, "camera", False),
+        (sky, "mute", True),
+        (sky, "image", None),
+        (scene.render, "engine", "BENTLIGHT"),
+    ):
+        before = getattr(owner, name)
+        setattr(owner, name, value)
+        assert texts() == [], name
+        setattr(owner, name, before)
+        assert len(texts()) == 1, name
+    bpy.ops.bentlight.cycles_clear()
+    assert texts() == []

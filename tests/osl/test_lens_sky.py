@@ -8,8 +8,10 @@ import pytest
 import rendering
 import skies
 from test_lens_pictures import SPACES, add_spacetime
+from test_node_groups import new_group, use
 
 from blender_addon.cycles import lens, lens_sky, setup, sky_images
+from blender_addon.report import RenderError
 from tests.engine import stage
 
 SIZE = (96, 56)
@@ -64,6 +66,61 @@ def test_points_make_less_noise_and_as_much_light(kind, scene, tmp_path):
     skies.check_less_noise(scene, picture, SIZE)
 
 
+def put_in_groups(scene, node):
+    """The world's nodes in a group in a group, with textures of other kinds; its colors come from outside."""
+    tree, image = scene.world.node_tree, node.image
+    inner, given, result = new_group({"At": "Vector", "Strength": "Float"}, {"Color": "Color"})
+    texture, noise, mixed = (inner.nodes.new(f"ShaderNode{kind}") for kind in ("TexEnvironment", "TexNoise", "MixRGB"))
+    texture.image = image
+    inner.links.new(given.outputs["At"], texture.inputs["Vector"])
+    inner.links.new(given.outputs["Strength"], mixed.inputs["Fac"])
+    inner.links.new(texture.outputs["Color"], mixed.inputs["Color1"])
+    inner.links.new(noise.outputs["Color"], mixed.inputs["Color2"])
+    inner.links.new(mixed.outputs["Color"], result.inputs["Color"])
+    outer, given, result = new_group({"Strength": "Float"}, {"Color": "Color"})
+    part, coordinate = use(outer, inner), outer.nodes.new("ShaderNodeTexCoord")
+    outer.links.new(given.outputs["Strength"], part.inputs["Strength"])
+    outer.links.new(coordinate.outputs["Generated"], part.inputs["At"])
+    outer.links.new(part.outputs["Color"], result.inputs["Color"])
+    whole = use(tree, outer)
+    whole.inputs["Strength"].default_value = 0.3
+    tree.links.new(whole.outputs["Color"], tree.nodes["Background"].inputs["Color"])
+
+
+def tell_directions(scene, _node):
+    """Adds textures that get the direction from each output that tells it in a world."""
+    tree = scene.world.node_tree
+    shown = tree.nodes["Background"].inputs["Color"].links[0].from_socket
+    for kind, names in (
+        ("TexCoord", ("Generated", "Normal", "Object", "Reflection")),
+        ("NewGeometry", ("Position", "Normal", "True Normal", "Incoming")),
+    ):
+        told = tree.nodes.new(f"ShaderNode{kind}")
+        for name in names:
+            noise, mixed = tree.nodes.new("ShaderNodeTexNoise"), tree.nodes.new("ShaderNodeMixRGB")
+            mixed.blend_type, mixed.inputs["Fac"].default_value = "DIFFERENCE", 0.5
+            noise.inputs["Scale"].default_value, noise.inputs["Detail"].default_value = 1, 0
+            tree.links.new(told.outputs[name], noise.inputs["Vector"])
+            tree.links.new(shown, mixed.inputs["Color1"])
+            tree.links.new(noise.outputs["Color"], mixed.inputs["Color2"])
+            shown = mixed.outputs["Color"]
+    tree.links.new(shown, tree.nodes["Background"].inputs["Color"])
+
+
+def add_muted(scene, node):
+    """Nodes that are switched off: a background, a texture before an input with a value of its own, a group."""
+    tree = scene.world.node_tree
+    off, both, texture = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("Background", "AddShader", "TexEnvironment"))
+    texture.image, texture.mute, off.mute = node.image, True, True
+    shown = tree.nodes["Background"]
+    shown.inputs["Strength"].default_value = 0.8
+    tree.links.new(texture.outputs["Color"], shown.inputs["Strength"])
+    output = tree.get_output_node("CYCLES").inputs["Surface"]
+    tree.links.new(shown.outputs[0], both.inputs[0])
+    tree.links.new(off.outputs[0], both.inputs[1])
+    tree.links.new(both.outputs[0], output)
+
+
 def turn(scene, node):
     """Puts a Mapping node before an Environment Texture."""
     tree = scene.world.node_tree
@@ -75,7 +132,10 @@ def turn(scene, node):
 
 @pytest.mark.parametrize(
     ("kind", "how"),
-    [("isotropic", "plain"), ("kerr", "turned"), ("wormhole", "stars"), ("areal", "wall"), ("wormhole", "wall")],
+    [
+        *[("isotropic", "plain"), ("kerr", "turned"), ("wormhole", "stars"), ("areal", "wall"), ("wormhole", "wall")],
+        ("kerr", "rich"),
+    ],
 )
 def test_smooth_skies_look_the_same(kind, how, scene, tmp_path):
     """Details wide enough for the filter to change nothing: all else of the world, and meshes, stay as they are."""
@@ -86,6 +146,11 @@ def test_smooth_skies_look_the_same(kind, how, scene, tmp_path):
     if how == "turned":
         turn(scene, node)
         scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.7
+    if how == "rich":
+        for change in (put_in_groups, tell_directions, add_muted):
+            change(scene, node)
+        scene.world.cycles.sampling_method = "NONE"  # it lights nothing
+        assert is_filtered(scene)
     if how == "wall":
         skies.add_wall()
     skies.check_same(scene, picture)
@@ -124,6 +189,38 @@ def test_passes_are_those_of_what_lies_behind(scene, tmp_path):
     skies.check_passes(scene, passes)
 
 
+def frames_of(folder, colors):
+    """An image sequence, each frame of a color."""
+    for i, color in enumerate(colors):
+        skies.sky_file(folder, np.broadcast_to(color, (256, 512, 3))).name = "Frame"
+        (folder / "sky.exr").rename(folder / f"sky_{i + 7:03}.exr")
+    image = bpy.data.images.load(str(folder / "sky_007.exr"))
+    image.source = "SEQUENCE"
+    return image
+
+
+@pytest.mark.parametrize("refreshes", [True, False])
+def test_image_sequences_show_the_frame(refreshes, scene, tmp_path):
+    """Offset, start, and going around, as Cycles has them, whether the viewport follows or not."""
+    colors = np.array([(0.1, 0.8, 0.3), (0.9, 0.2, 0.5), (0.4, 0.6, 0.7), (0.3, 0.1, 0.9)])
+    node = hole_before(scene, frames_of(tmp_path, colors))
+    user = node.image_user
+    user.frame_start, user.frame_duration, user.frame_offset, user.use_auto_refresh = 3, 4, 6, refreshes
+    objects.camera((0.3, -8, 1.3), (0, 0, 0), lens_mm=12)
+    rendering.set_size(scene, 16, 12)
+    shown = {}
+    for frame, cyclic in ((3, False), (5, False), (40, False), (2, True), (8, True)):
+        scene.frame_set(frame)
+        user.use_cyclic = cyclic
+        bpy.context.view_layer.update()
+        found = picture(scene, 1.0, samples=1)
+        assert is_filtered(scene)
+        corner, shown[frame] = found[0, 0], (found / found[0, 0]).max(axis=(0, 1))
+        np.testing.assert_allclose(corner, colors[{3: 0, 5: 2, 40: 3, 2: 3, 8: 1}[frame]], rtol=1e-3)
+    for ratio in shown.values():  # nothing is brighter than the sky: redshift is off
+        np.testing.assert_allclose(ratio, 1, rtol=1e-3)
+
+
 def test_what_is_not_filtered(scene, tmp_path):
     """Where a material could not show what the world does, or nobody asks, rays leave a lens as ever."""
     node = hole_before(scene, skies.sky_file(tmp_path, skies.points(10, 64)))
@@ -137,8 +234,10 @@ def test_what_is_not_filtered(scene, tmp_path):
         (scene.view_layers[0], "use_sky", False),
         (node, "projection", "MIRROR_BALL"),
         (node, "image", None),
+        (node.texture_mapping, "scale", (1, 1, 2)),
     ):
         before = getattr(owner, name)
+        before = tuple(before) if isinstance(value, tuple) else before
         setattr(owner, name, value)
         assert not is_filtered(scene), name
         setattr(owner, name, before)
@@ -148,9 +247,11 @@ def test_what_is_not_filtered(scene, tmp_path):
     assert not is_filtered(scene)
     tree.nodes.remove(volume)
     assert is_filtered(scene)
-    geometry = tree.nodes.new("ShaderNodeNewGeometry")
-    tree.links.new(geometry.outputs["Position"], node.inputs["Vector"])
+    coordinate = tree.nodes.new("ShaderNodeTexCoord")
+    link = tree.links.new(coordinate.outputs["Window"], node.inputs["Vector"])
     assert not is_filtered(scene)
+    tree.links.remove(link)
+    assert is_filtered(scene)  # nobody sees what it says
 
 
 def test_transparent_films_show_a_hole_as_ever(scene, tmp_path):
@@ -177,7 +278,8 @@ def test_images_are_read_again_when_they_change(scene, tmp_path):
     assert sky_images.file_of(painted).path != black.path
     node.image.filepath = str(tmp_path / "gone.exr")
     node.image.reload()
-    assert sky_images.file_of(node.image) is None
+    with pytest.raises(RenderError, match=r"Image 'sky\.exr': its file .* is missing"):
+        sky_images.file_of(node.image)
     assert not is_filtered(scene)
 
 
