@@ -99,9 +99,9 @@ def read(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Sky | None:
         return None
     found = {node.name: sky_images.file_of(node.image) for node in others if _is_filtered(node)}
     images = {name: file for name, file in found.items() if file}
-    if not images:
+    if not images and not star_node:
         return None
-    told = {star_node.name: stars.told_shader(star_node)} if star_node else {}
+    told = {star_node.name: stars.told_shader(star_node, pixels(scene))} if star_node else {}
     nodes, links = node_copy.describe(tree)
     nodes |= {name: node_copy.NodeData(_PLACEHOLDER, {}, ()) for name in told}  # code is not copied
     return Sky(node_copy.TreeData(nodes, links), output.name, images, told)
