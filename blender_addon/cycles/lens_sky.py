@@ -1,10 +1,10 @@
-"""What a lens shows of the sky to the camera: a copy of the world's nodes, whose images are averaged over what a camera
-ray stands for, however bending stretches it.
+"""What a lens shows of the sky to the camera: a copy of the world's nodes, whose images and stars are averaged over
+what a camera ray stands for, however bending stretches it.
 
 Cycles tells a world nothing of that, so rays that leave a lens for the sky end in its material (osl/lens.osl), which
-knows. Only where that changes nothing else: for worlds with images of the sky, made of nodes that ask for no more
-than a direction, seen by the camera in all view layers, without an Environment pass, a light group, a volume or a
-transparent film; and on CPUs, for shaders of graphics cards cannot ask whether a ray meets something.
+knows. Only where that changes nothing else: for worlds with images of the sky or stars, made of nodes that ask for no
+more than a direction, seen by the camera in all view layers, without an Environment pass, a light group, a volume or
+a transparent film; and on CPUs, for shaders of graphics cards cannot ask whether a ray meets something.
 """
 
 from __future__ import annotations

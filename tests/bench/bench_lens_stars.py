@@ -1,8 +1,8 @@
-"""Flicker of stars in Cycles, before a lens and through it, with and without Sky Filter, beside the engine's: bench_sky.py's
-orbit and its figures, with as many stars in place of texels.
+"""Flicker of stars in Cycles, through a lens with and without Sky Filter, beside the engine's: bench_sky.py's orbit and
+its figures, with as many stars in place of texels.
 
 The engine's picture has no noise, and tells where single stars are and what their light is. Two seeds of one frame show
-what noise alone changes from one frame to the next: a star pops where one seed has more than twice the light of the other.
+what noise alone changes from one frame to the next: a star pops where one seed has twice the light of the other.
 """
 
 import sys
