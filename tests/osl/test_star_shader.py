@@ -54,15 +54,19 @@ def test_a_star_has_as_much_light_as_in_the_engine(scene):
 
 @pytest.mark.parametrize("sky_filter", [0.0, 1.0])
 def test_lenses_magnify_stars_as_the_engine_does(scene, sky_filter):
-    """Both images of a star that is nearly behind the hole, in all several times as bright as without it. Spots that are
-    round in the picture lose up to twice the inverse square of the ring's radius in pixels: docs/limits.md."""
+    """Both images of a star that is nearly behind the hole, in all several times as bright as without it. Spots of one
+    size in the sky are magnified as stars so wide are: different by the square of their radius over the distance to the
+    axis. Those that are round in the picture lose up to twice the inverse square of the ring's radius in pixels:
+    docs/limits.md."""
     add_stars(scene, count=1)
-    star = directions(scene)[0]
+    star, size = directions(scene)[0], 72
     aside = np.cross(star, (0.3, 0.5, -0.4))
     objects.camera(tuple(-9 * star + 0.9 * aside), (0, 0, 0), lens_mm=45)
     scene.bentlight.sky_filter = sky_filter
-    ring = np.sqrt(4 * 0.1 / 9) / (36 / 45 / 72)  # of the hole's mass at its distance
-    compare(scene, 72, 16, 2 / ring**2 if sky_filter else 0)
+    pixel = 36 / 45 / size
+    ring = np.sqrt(4 * 0.1 / 9) / pixel  # of the hole's mass at its distance
+    distance = 0.9 * np.linalg.norm(aside) / 9
+    compare(scene, size, 64, 2 / ring**2 if sky_filter else (1.1 * pixel / distance) ** 2)
 
 
 def test_stars_are_seen_by_the_camera_alone(scene):
