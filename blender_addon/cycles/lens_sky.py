@@ -1,5 +1,5 @@
-"""What filtering changes in the sky as the camera sees it through a lens or by relay: images of the sky averaged over
-what a ray stands for, however bending stretches it, less what the world shows point by point.
+"""What filtering changes in the sky as the camera sees it through a lens or by relay: images of the sky and stars averaged
+over what a ray stands for, however bending stretches it, less what the world shows point by point.
 
 Cycles tells a world nothing of that, but osl/lens.osl and osl/relay_screen.osl know. So their materials have two copies
 of the world's nodes, with images filtered and as they are, and shine as these differ; rays go on to the world, which
@@ -98,12 +98,12 @@ def read(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Sky | None:
 
 
 def warnings(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[str]:
-    """Why images of the sky are not filtered, though that is asked for."""
+    """Why images of the sky, and stars, are not filtered, though that is asked for."""
     return _read(scene, depsgraph)[1]
 
 
 def _read(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> tuple[Sky | None, list[str]]:
-    """What read and warnings return; warnings only where an image is seen."""
+    """What read and warnings return; warnings only where an image or stars are seen."""
     if not _is_asked_for(scene):
         return None, []
     star_node = stars.find(scene.world.node_tree)
@@ -113,20 +113,22 @@ def _read(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> tuple[Sky |
     world = node_groups.flattened(shown)
     nodes, links = world.leading_to(world.output)
     textures = [name for name in nodes if _is_image(world.sources[name])]
-    if not textures:
+    star_names = {name for name in nodes if STARS_MARK in world.sources[name]}
+    told_stars = {
+        name: stars.told_shader(star_node, pixels(scene)) for name in star_names if not world.sources[name].mute
+    }
+    if not textures and not told_stars:
         return None, []
     reason = _obstacle(scene) or _obstacle_in_nodes(scene, world, nodes, links)
     if reason:
         return None, [told("Sky Filter does nothing in Cycles: {}", reason)]
     images, left = _files(scene, world, textures)
-    if not images:
+    if not images and not told_stars:
         return None, left
     # their code is not copied
-    star_names = {name for name in nodes if STARS_MARK in world.sources[name]}
     nodes = nodes | {
         name: node_copy.NodeData(_PLACEHOLDER, {"mute": world.sources[name].mute}, ()) for name in star_names
     }
-    told_stars = {name: stars.told_shader(star_node) for name in star_names if not world.sources[name].mute}
     return Sky(node_copy.TreeData(nodes, links), world.output, images, told_stars), left
 
 

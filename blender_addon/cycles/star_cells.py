@@ -10,19 +10,12 @@ import numpy as np
 
 _SIZES = 256, 2048
 _CELLS_PER_STAR = 16
-# A disk of this radius, over a row's height, reaches no farther than into half the narrowest cell.
-_REACH = 0.34
 
 
 def size_for(count: int) -> int:
     """Cells at the equator for so many stars: a power of two, of at most 50 MB."""
     wanted = 2 ** np.ceil(np.log2(np.sqrt(2 * _CELLS_PER_STAR * max(count, 1))))
     return int(np.clip(wanted, *_SIZES))
-
-
-def radius_max(size: int) -> float:
-    """The largest radius of a star's disk, radians."""
-    return _REACH * 2 * np.pi / size
 
 
 def column_counts(size: int) -> np.ndarray:

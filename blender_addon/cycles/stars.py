@@ -16,7 +16,7 @@ from ..sync.nodes.shaders import STARS_MARK
 from ..sync.stars import read_stars
 from . import files, shaders, star_cells
 
-_RADIUS = 0.75  # of a star's disk, in pixels
+_RADIUS = 1.1  # of a star's spot, in pixels
 _BRIGHTEST = 1e4  # what is stored
 
 
@@ -40,8 +40,7 @@ def update(scene: bpy.types.Scene) -> None:
     if node[STARS_MARK] != key or not Path(_value(node, "Cells", "")).is_file():
         _fill(node, world)
         node[STARS_MARK] = key
-    size = _value(node, "Size", 0)
-    radius = min(_RADIUS * _pixel_angle(scene), star_cells.radius_max(size))
+    radius = _RADIUS * _pixel_angle(scene)
     shaders.fill_node(node, shaders.compiled("stars"), {"Radius": ("NodeSocketFloat", radius)})
 
 
@@ -72,9 +71,11 @@ def warnings(scene: bpy.types.Scene) -> list[str]:
     return []
 
 
-def told_shader(node: bpy.types.Node) -> dict[str, shaders.Socket]:
-    """What another node that shows the same stars is to be told."""
-    return {socket.name: (socket.bl_idname, socket.default_value) for socket in node.inputs}
+def told_shader(node: bpy.types.Node, pixels: float) -> dict[str, shaders.Socket]:
+    """What another node that shows the same stars is to be told, where directions have derivatives over so many pixels
+    of the picture."""
+    told = {socket.name: (socket.bl_idname, socket.default_value) for socket in node.inputs}
+    return told | {"Spread": ("NodeSocketFloat", _RADIUS / pixels)}
 
 
 def find(tree: bpy.types.NodeTree) -> bpy.types.Node | None:

@@ -16,6 +16,7 @@ import bench_intersect
 import bench_lens
 import bench_lens_sky
 import bench_lens_sky_time
+import bench_lens_stars
 import bench_lights
 import bench_relay
 import bench_room
@@ -220,6 +221,32 @@ def sky_section(by: str, results: list[bench_sky.SkyFlicker]) -> str:
     return f"## Flicker of an image of the sky by {by}, over its light, 16 samples\n\n" + table(head, rows)
 
 
+def stars_section(results: list[bench_lens_stars.StarFlicker]) -> str:
+    """How much noise changes the light of stars from frame to frame in Cycles, where the engine's have none."""
+    rows = [
+        [
+            each.samples,
+            "on" if each.sky.sky_filter else "off",
+            f"{100 * each.sky.picture:.2f} ± {100 * each.sky.picture_error:.2f} %",
+            f"{100 * each.sky.squares:.0f} %",
+            f"{100 * each.star:.1f} %",
+            f"{100 * each.pops:.1f} % of {each.images}",
+            f"{each.light:.4f} ± {each.light_error:.4f}",
+        ]
+        for each in results
+    ]
+    head = [
+        "samples",
+        "sky filter",
+        "the whole picture",
+        "4 x 4 pixels",
+        "a single image",
+        "pops",
+        "light over the engine's",
+    ]
+    return "## Flicker of stars through lenses in Cycles, over their light\n\n" + table(head, rows)
+
+
 def main() -> None:
     """Measures and writes."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -259,6 +286,7 @@ def main() -> None:
     log.info("sky")
     sections.append(sky_section("the engine", bench_sky.measure()))
     sections.append(sky_section("lenses in Cycles", bench_lens_sky.measure()))
+    sections.append(stars_section(bench_lens_stars.measure()))
 
     args.output.mkdir(parents=True, exist_ok=True)
     head = f"# Bentlight, measured\n\n{date.today()}, {processor()}, {bentlight_native.instruction_set()}.\n"

@@ -8,7 +8,7 @@ import rendering
 
 from blender_addon.cycles import files, setup, shaders, star_cells, stars
 
-SEEDS, SAMPLES = 8, 256
+SEEDS = 8
 
 
 def add_stars(scene, count=3):
@@ -32,31 +32,41 @@ def directions(scene):
     return stars.read_stars(scene.world).directions
 
 
-def compare(scene):
-    """All light in the picture by both renderers: a Z-test. The engine's has no noise."""
-    rendering.set_size(scene, 24, 24)
+def compare(scene, size, samples, allowed=0.0):
+    """All light in the picture by both renderers: a Z-test. The engine's has no noise. allowed: part of it that may be
+    missing besides."""
+    rendering.set_size(scene, size, size)
     scene.cycles.filter_width = 1.0  # a box: the weights of a point in all pixels add up to 1, wherever it is
     bpy.ops.bentlight.cycles_setup()
     ours = rendering.render(scene, "BENTLIGHT", 0, 1).sum(axis=(0, 1))
-    theirs = np.array([rendering.render(scene, "CYCLES", seed, SAMPLES).sum(axis=(0, 1)) for seed in range(SEEDS)])
+    theirs = np.array([rendering.render(scene, "CYCLES", seed, samples).sum(axis=(0, 1)) for seed in range(SEEDS)])
     error = theirs.std(axis=0, ddof=1) / np.sqrt(SEEDS)
     assert (error < 0.03 * ours).all()
-    assert np.abs((theirs.mean(axis=0) - ours) / error).max() < 5  # of Student's distribution: 1 in 600
+    # 5: of Student's distribution, 1 in 600
+    assert (np.abs(theirs.mean(axis=0) - ours) < 5 * error + allowed * ours).all()
 
 
 def test_a_star_has_as_much_light_as_in_the_engine(scene):
     hole = add_stars(scene)
     look_past(scene, hole, directions(scene)[0])
-    compare(scene)
+    compare(scene, 24, 64)
 
 
-def test_lenses_magnify_stars_as_the_engine_does(scene):
-    """Both images of a star that is nearly behind the hole, in all several times as bright as without it."""
+@pytest.mark.parametrize("sky_filter", [0.0, 1.0])
+def test_lenses_magnify_stars_as_the_engine_does(scene, sky_filter):
+    """Both images of a star that is nearly behind the hole, in all several times as bright as without it. Spots of one
+    size in the sky are magnified as stars so wide are: different by the square of their radius over the distance to the
+    axis. Those that are round in the picture lose up to twice the inverse square of the ring's radius in pixels:
+    docs/limits.md."""
     add_stars(scene, count=1)
-    star = directions(scene)[0]
+    star, size = directions(scene)[0], 72
     aside = np.cross(star, (0.3, 0.5, -0.4))
-    objects.camera(tuple(-9 * star + 0.9 * aside), (0, 0, 0), lens_mm=60)
-    compare(scene)
+    objects.camera(tuple(-9 * star + 0.9 * aside), (0, 0, 0), lens_mm=45)
+    scene.bentlight.sky_filter = sky_filter
+    pixel = 36 / 45 / size
+    ring = np.sqrt(4 * 0.1 / 9) / pixel  # of the hole's mass at its distance
+    distance = 0.9 * np.linalg.norm(aside) / 9
+    compare(scene, size, 64, 2 / ring**2 if sky_filter else (1.1 * pixel / distance) ** 2)
 
 
 def test_stars_are_seen_by_the_camera_alone(scene):
@@ -155,23 +165,33 @@ def pixel_directions(camera, width):
     return local @ np.array(camera.matrix_world)[:3, :3].T
 
 
+def show_table(world, cells, **inputs):
+    """The world shows the stars of a table."""
+    tree = world.node_tree
+    tree.nodes.clear()
+    node, output = tree.nodes.new("ShaderNodeScript"), tree.nodes.new("ShaderNodeOutputWorld")
+    sockets = {name: ("NodeSocketFloat", value) for name, value in inputs.items()}
+    sockets |= {
+        "Size": ("NodeSocketInt", SIZE),
+        "Cells": ("NodeSocketString", str(files.named_by_content("stars", cells))),
+    }
+    shaders.fill_node(node, shaders.compiled("stars"), sockets)
+    tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
+
+
+@pytest.mark.parametrize("rows", [0.3, 1.6, 3.9])
 @pytest.mark.parametrize("view", VIEWS)
-def test_every_pixel_sees_the_stars_that_it_should(scene, view):
-    """Light over the solid angle of a disk, for all disks that a pixel lies in, of all stars of the table: whichever
-    cells they are in, across rows of another number of cells, around the poles, and where azimuths begin anew."""
+def test_every_pixel_sees_the_stars_that_it_should(scene, view, rows):
+    """Light over solid angle of all spots that a pixel lies in, which reach over so many rows, of all stars of the
+    table: whichever cells they are in, across rows of another number of cells, around the poles, and where azimuths
+    begin anew."""
     random = np.random.default_rng(6)
     middle = np.array(VIEWS[view]) / np.linalg.norm(VIEWS[view])
     where = middle + random.uniform(-FIELD, FIELD, (300, 3))
     where /= np.linalg.norm(where, axis=1, keepdims=True)
     cells = star_cells.star_cells(where, random.uniform(0.1, 1, (300, 3)), SIZE)
-    world, radius, strength = scene.world, star_cells.radius_max(SIZE), 2e-4
-    tree = world.node_tree
-    tree.nodes.clear()
-    node, output = tree.nodes.new("ShaderNodeScript"), tree.nodes.new("ShaderNodeOutputWorld")
-    sockets = {"Size": ("NodeSocketInt", SIZE), "Radius": ("NodeSocketFloat", radius)}
-    sockets |= {"Cells": ("NodeSocketString", str(files.named_by_content("stars", cells)))}
-    shaders.fill_node(node, shaders.compiled("stars"), sockets | {"Strength": ("NodeSocketFloat", strength)})
-    tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
+    radius, strength = rows * 2 * np.pi / SIZE, 2e-4
+    show_table(scene.world, cells, Radius=radius, Strength=strength)
     scene.cycles.shading_system = True
     camera = objects.camera((0, 0, 0), tuple(middle))
     camera.data.angle = FIELD
@@ -180,9 +200,11 @@ def test_every_pixel_sees_the_stars_that_it_should(scene, view):
     stars_there = cells[cells[..., 3:].sum(axis=-1) > 0].astype(float)
     bpy.context.view_layer.update()
     apart = np.linalg.norm(pixel_directions(camera, 64)[..., None, :] - stars_there[:, :3], axis=-1)
-    light = (apart < radius) @ stars_there[:, 3:] * strength / (np.pi * radius**2)
-    clear = (np.abs(apart - radius) > 0.02 * FIELD / 64).all(axis=-1)  # a pixel is 0.01 wide
-    assert len(stars_there) > 15 and clear.mean() > 0.9
+    profile = 3 / (np.pi * radius**2) * np.maximum(1 - (apart / radius) ** 2, 0) ** 2
+    light = profile @ stars_there[:, 3:] * strength
+    assert len(stars_there) > 15
     counts = (apart < radius).sum(axis=-1)
-    assert 0.1 < (counts > 0).mean() < 0.9 and counts.max() > 1
-    np.testing.assert_allclose(seen[clear], light[clear], rtol=2e-6)
+    assert (counts > 0).mean() > 0.1 and counts.max() > 1
+    # the profile's largest slope is 16 / sqrt(108) over the radius; rays are up to 0.005 pixels aside along either axis
+    slope = 16 / np.sqrt(108) / radius * 3 / (np.pi * radius**2) * (apart < radius) @ stars_there[:, 3:] * strength
+    assert (np.abs(seen - light) < 5e-6 * light.max() + 0.005 * np.sqrt(2) * FIELD / 64 * slope).all()
