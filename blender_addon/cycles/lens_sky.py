@@ -1,5 +1,5 @@
-"""What filtering changes in the sky as the camera sees it through a lens or by relay: images of the sky and stars averaged
-over what a ray stands for, however bending stretches it, less what the world shows point by point.
+"""What filtering changes in the sky as the camera sees it through a lens or by relay: images of the sky and stars,
+averaged over what a ray stands for, however bending stretches it, less what the world shows point by point.
 
 Cycles tells a world nothing of that, but osl/lens.osl and osl/relay_screen.osl know. So their materials have two copies
 of the world's nodes, with images filtered and as they are, and shine as these differ; rays go on to the world, which
@@ -106,16 +106,17 @@ def _read(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> tuple[Sky |
     """What read and warnings return; warnings only where an image or stars are seen."""
     if not _is_asked_for(scene):
         return None, []
-    star_node = stars.find(scene.world.node_tree)
     shown = scene.world.evaluated_get(depsgraph)
-    if star_node and star_node.name not in shown.node_tree.nodes:  # they have only just been added
-        shown = scene.world
+    if (stars.find(shown.node_tree) is None) != (stars.find(scene.world.node_tree) is None):
+        shown = scene.world  # they have only just come or gone
     world = node_groups.flattened(shown)
     nodes, links = world.leading_to(world.output)
     textures = [name for name in nodes if _is_image(world.sources[name])]
     star_names = {name for name in nodes if STARS_MARK in world.sources[name]}
     told_stars = {
-        name: stars.told_shader(star_node, pixels(scene)) for name in star_names if not world.sources[name].mute
+        name: stars.told_shader(world.sources[name], pixels(scene))
+        for name in star_names
+        if not world.sources[name].mute
     }
     if not textures and not told_stars:
         return None, []
