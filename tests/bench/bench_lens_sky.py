@@ -1,5 +1,5 @@
-"""Flicker of an image of the sky behind a lens of Cycles, with and without the filter for it: bench_sky.py's orbit and
-its figures, in pictures by Cycles."""
+"""Flicker of an image of the sky behind a lens of Cycles, or seen by the relay camera, with and without the filter for
+it: bench_sky.py's orbit and its figures, in pictures by Cycles."""
 
 import sys
 import tempfile
@@ -25,11 +25,15 @@ def measure(
     samples: int = 16,
     stars: int = 3000,
     filters: tuple[float, ...] = (0.0, 1.0),
+    relay: bool = False,
 ) -> list[SkyFlicker]:
     """The flicker for each width of the filter."""
     with tempfile.TemporaryDirectory() as folder:
         scene = _scene(Path(folder), size, stars)
-        return [_measure(scene, frames, samples, sky_filter) for sky_filter in filters]
+        camera = scene.camera
+        if relay:
+            bpy.ops.bentlight.relay_setup(bake=False)
+        return [_measure(scene, camera, frames, samples, sky_filter) for sky_filter in filters]
 
 
 def _scene(folder: Path, size: tuple[int, int], stars: int) -> bpy.types.Scene:
@@ -44,14 +48,16 @@ def _scene(folder: Path, size: tuple[int, int], stars: int) -> bpy.types.Scene:
     return scene
 
 
-def _measure(scene: bpy.types.Scene, frames: int, samples: int, sky_filter: float) -> SkyFlicker:
+def _measure(
+    scene: bpy.types.Scene, camera: bpy.types.Object, frames: int, samples: int, sky_filter: float
+) -> SkyFlicker:
     scene.bentlight.sky_filter = sky_filter
     pictures = []
     for frame in range(frames):
         turn = ORBIT.step * frame
         place = ORBIT.distance * np.array((np.sin(turn), -np.cos(turn), ORBIT.height))
-        scene.camera.location = place
-        objects.look_at(scene.camera, (0, 0, 0))
+        camera.location = place
+        objects.look_at(camera, (0, 0, 0))
         pictures.append(
             [rendering.render(scene, "CYCLES", seed, samples)[..., 0] for seed in (frame + 1, frames + frame + 1)]
         )

@@ -1,5 +1,5 @@
-"""Flicker of stars in Cycles, through a lens with and without Sky Filter, beside the engine's: bench_sky.py's orbit and
-its figures, with as many stars in place of texels.
+"""Flicker of stars in Cycles, through a lens or by the relay camera, with and without Sky Filter, beside the engine's:
+bench_sky.py's orbit and its figures, with as many stars in place of texels.
 
 The engine's picture has no noise, and tells where single stars are and what their light is. Two seeds of one frame show
 what noise alone changes from one frame to the next: a star pops where one seed has twice the light of the other.
@@ -44,12 +44,16 @@ def measure(
     size: tuple[int, int] = (96, 56),
     settings: tuple[tuple[int, float], ...] = ((16, 0.0), (16, 1.0), (64, 0.0), (64, 1.0)),
     stars: int = 3000,
+    relay: bool = False,
 ) -> list[StarFlicker]:
     """The flicker for each number of samples and width of the filter."""
     with tempfile.TemporaryDirectory() as folder:
         scene = _scene(Path(folder), size, stars)
-        truth = np.array([_frame(scene, frame, "BENTLIGHT", 0, 1) for frame in range(frames)])
-        return [_measure(scene, truth, *each) for each in settings]
+        camera = scene.camera
+        truth = np.array([_frame(scene, camera, frame, "BENTLIGHT", 0, 1) for frame in range(frames)])
+        if relay:
+            bpy.ops.bentlight.relay_setup(bake=False)
+        return [_measure(scene, camera, truth, *each) for each in settings]
 
 
 def _scene(folder: Path, size: tuple[int, int], stars: int) -> bpy.types.Scene:
@@ -67,18 +71,22 @@ def _scene(folder: Path, size: tuple[int, int], stars: int) -> bpy.types.Scene:
     return scene
 
 
-def _frame(scene: bpy.types.Scene, frame: int, engine: str, seed: int, samples: int) -> np.ndarray:
+def _frame(
+    scene: bpy.types.Scene, camera: bpy.types.Object, frame: int, engine: str, seed: int, samples: int
+) -> np.ndarray:
     turn = ORBIT.step * frame
-    scene.camera.location = ORBIT.distance * np.array((np.sin(turn), -np.cos(turn), ORBIT.height))
-    objects.look_at(scene.camera, (0, 0, 0))
+    camera.location = ORBIT.distance * np.array((np.sin(turn), -np.cos(turn), ORBIT.height))
+    objects.look_at(camera, (0, 0, 0))
     return rendering.render(scene, engine, seed, samples)[..., 0]
 
 
-def _measure(scene: bpy.types.Scene, truth: np.ndarray, samples: int, sky_filter: float) -> StarFlicker:
+def _measure(
+    scene: bpy.types.Scene, camera: bpy.types.Object, truth: np.ndarray, samples: int, sky_filter: float
+) -> StarFlicker:
     scene.bentlight.sky_filter = sky_filter
     frames = len(truth)
     pictures = np.array(
-        [[_frame(scene, i, "CYCLES", seed, samples) for seed in (i + 1, frames + i + 1)] for i in range(frames)]
+        [[_frame(scene, camera, i, "CYCLES", seed, samples) for seed in (i + 1, frames + i + 1)] for i in range(frames)]
     )
     each = np.array([pair for i in range(frames) for pair in _images(truth[i], pictures[i])])
     light = pictures.sum((2, 3)) / truth.sum((1, 2))[:, None]

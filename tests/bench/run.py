@@ -221,7 +221,7 @@ def sky_section(by: str, results: list[bench_sky.SkyFlicker]) -> str:
     return f"## Flicker of an image of the sky by {by}, over its light, 16 samples\n\n" + table(head, rows)
 
 
-def stars_section(results: list[bench_lens_stars.StarFlicker]) -> str:
+def stars_section(way: str, results: list[bench_lens_stars.StarFlicker]) -> str:
     """How much noise changes the light of stars from frame to frame in Cycles, where the engine's have none."""
     rows = [
         [
@@ -244,7 +244,7 @@ def stars_section(results: list[bench_lens_stars.StarFlicker]) -> str:
         "pops",
         "light over the engine's",
     ]
-    return "## Flicker of stars through lenses in Cycles, over their light\n\n" + table(head, rows)
+    return f"## Flicker of stars {way} in Cycles, over their light\n\n" + table(head, rows)
 
 
 def main() -> None:
@@ -286,7 +286,9 @@ def main() -> None:
     log.info("sky")
     sections.append(sky_section("the engine", bench_sky.measure()))
     sections.append(sky_section("lenses in Cycles", bench_lens_sky.measure()))
-    sections.append(stars_section(bench_lens_stars.measure()))
+    sections.append(sky_section("the relay camera", bench_lens_sky.measure(relay=True)))
+    sections.append(stars_section("through lenses", bench_lens_stars.measure()))
+    sections.append(stars_section("by the relay camera", bench_lens_stars.measure(relay=True)))
 
     args.output.mkdir(parents=True, exist_ok=True)
     head = f"# Bentlight, measured\n\n{date.today()}, {processor()}, {bentlight_native.instruction_set()}.\n"
