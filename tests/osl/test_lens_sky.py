@@ -1,6 +1,8 @@
 """Images of the sky as lenses filter them: footprints against the picture's own differences, noise and light against
 pictures without the filter, and what is left as it is."""
 
+import os
+
 import bpy
 import materials
 import numpy as np
@@ -11,7 +13,7 @@ from bentlight_native.exr import write_exr
 from test_lens_pictures import SPACES, add_spacetime
 from test_node_groups import new_group, use
 
-from blender_addon.cycles import lens, lens_sky, setup, shaders, sky_images
+from blender_addon.cycles import files, lens, lens_sky, setup, shaders, sky_images
 from blender_addon.report import RenderError
 
 SIZE = (96, 56)
@@ -295,6 +297,7 @@ def test_image_sequences_show_the_frame(refreshes, scene, tmp_path):
     """Offset, start, and going around, as Cycles has them, whether the viewport follows or not."""
     colors = np.array([(0.1, 0.8, 0.3), (0.9, 0.2, 0.5), (0.4, 0.6, 0.7), (0.3, 0.1, 0.9)])
     node = hole_before(scene, frames_of(tmp_path, colors))
+    scene.world.cycles.sampling_method = "NONE"  # it lights nothing
     user = node.image_user
     user.frame_start, user.frame_duration, user.frame_offset, user.use_auto_refresh = 3, 4, 6, refreshes
     objects.camera((0.3, -8, 1.3), (0, 0, 0), lens_mm=12)
@@ -310,6 +313,17 @@ def test_image_sequences_show_the_frame(refreshes, scene, tmp_path):
         np.testing.assert_allclose(corner, colors[{3: 0, 5: 2, 40: 3, 2: 3, 8: 1}[frame]], rtol=1e-3)
     for ratio in shown.values():  # nothing is brighter than the sky: redshift is off
         np.testing.assert_allclose(ratio, 1, rtol=1e-3)
+
+
+def test_few_files_of_frames_stay():
+    """Those that were asked for last, so that a sequence fills no disk."""
+    made = []
+    for i in range(20):
+        for value in (0, i):
+            made.append(files.passing("frame", np.full((2, 4, 3), value, np.float16)))
+            os.utime(made[-1], (i, i))  # as if it was long ago
+    assert made[0] == made[2] != made[3]
+    assert set(made[-1].parent.glob("frame_*.exr")) == {made[0], *made[-13::2]}
 
 
 def test_what_is_not_filtered(scene, tmp_path):
