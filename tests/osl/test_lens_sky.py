@@ -315,6 +315,36 @@ def test_image_sequences_show_the_frame(refreshes, scene, tmp_path):
         np.testing.assert_allclose(ratio, 1, rtol=1e-3)
 
 
+def test_animations_of_image_sequences_follow_the_frames(scene, tmp_path):
+    """Rendered as artists do, with nobody else to keep lenses as they are."""
+    colors = np.array([(0.1, 0.8, 0.3), (0.9, 0.2, 0.5), (0.4, 0.6, 0.7)])
+    node = hole_before(scene, frames_of(tmp_path, colors))
+    scene.world.cycles.sampling_method = "NONE"
+    node.image_user.frame_duration, node.image_user.frame_offset = 3, 6
+    objects.camera((0.3, -8, 1.3), (0, 0, 0), lens_mm=12)
+    rendering.set_size(scene, 16, 12)
+    scene.cycles.samples, scene.frame_end = 1, 3
+    scene.render.image_settings.file_format = "OPEN_EXR"
+    scene.render.filepath = str(tmp_path / "shown_")
+    shown = []
+    scene.render.engine = "CYCLES"
+    bpy.app.handlers.render_post.append(lambda *_: shown.append(frame_file(scene)))
+    bpy.ops.render.render(animation=True)
+    bpy.app.handlers.render_post.pop()
+    assert len(set(shown)) == 3
+    for i, color in enumerate(colors):
+        image = bpy.data.images.load(str(tmp_path / f"shown_{i + 1:04}.exr"))
+        pixels = np.array(image.pixels).reshape(12, 16, -1)[..., :3]
+        np.testing.assert_allclose(pixels, np.broadcast_to(color, pixels.shape), rtol=2e-3)
+
+
+def frame_file(scene):
+    """Of the sky's image, in the nodes that a lens has."""
+    groups = [node.node_tree for node in material(scene).node_tree.nodes if node.bl_idname == "ShaderNodeGroup"]
+    inputs = [node.inputs.get("Image") for node in groups[0].nodes if node.bl_idname == "ShaderNodeScript"]
+    return next(socket.default_value for socket in inputs if socket)
+
+
 def test_few_files_of_frames_stay():
     """Those that were asked for last, so that a sequence fills no disk."""
     made = []
