@@ -1,6 +1,8 @@
 """Images of the sky as lenses filter them: footprints against the picture's own differences, noise and light against
 pictures without the filter, and what is left as it is."""
 
+import os
+
 import bpy
 import numpy as np
 import objects
@@ -10,7 +12,7 @@ import skies
 from test_lens_pictures import SPACES, add_spacetime
 from test_node_groups import new_group, use
 
-from blender_addon.cycles import lens, lens_sky, setup, sky_images
+from blender_addon.cycles import files, lens, lens_sky, setup, sky_images
 from blender_addon.report import RenderError
 from tests.engine import stage
 
@@ -204,6 +206,7 @@ def test_image_sequences_show_the_frame(refreshes, scene, tmp_path):
     """Offset, start, and going around, as Cycles has them, whether the viewport follows or not."""
     colors = np.array([(0.1, 0.8, 0.3), (0.9, 0.2, 0.5), (0.4, 0.6, 0.7), (0.3, 0.1, 0.9)])
     node = hole_before(scene, frames_of(tmp_path, colors))
+    scene.world.cycles.sampling_method = "NONE"  # it lights nothing
     user = node.image_user
     user.frame_start, user.frame_duration, user.frame_offset, user.use_auto_refresh = 3, 4, 6, refreshes
     objects.camera((0.3, -8, 1.3), (0, 0, 0), lens_mm=12)
@@ -219,6 +222,47 @@ def test_image_sequences_show_the_frame(refreshes, scene, tmp_path):
         np.testing.assert_allclose(corner, colors[{3: 0, 5: 2, 40: 3, 2: 3, 8: 1}[frame]], rtol=1e-3)
     for ratio in shown.values():  # nothing is brighter than the sky: redshift is off
         np.testing.assert_allclose(ratio, 1, rtol=1e-3)
+
+
+def test_animations_of_image_sequences_follow_the_frames(scene, tmp_path):
+    """Rendered as artists do, with nobody else to keep lenses as they are."""
+    colors = np.array([(0.1, 0.8, 0.3), (0.9, 0.2, 0.5), (0.4, 0.6, 0.7)])
+    node = hole_before(scene, frames_of(tmp_path, colors))
+    scene.world.cycles.sampling_method = "NONE"
+    node.image_user.frame_duration, node.image_user.frame_offset = 3, 6
+    objects.camera((0.3, -8, 1.3), (0, 0, 0), lens_mm=12)
+    rendering.set_size(scene, 16, 12)
+    scene.cycles.samples, scene.frame_end = 1, 3
+    scene.render.image_settings.file_format = "OPEN_EXR"
+    scene.render.filepath = str(tmp_path / "shown_")
+    shown = []
+    scene.render.engine = "CYCLES"
+    bpy.app.handlers.render_post.append(lambda *_: shown.append(frame_file(scene)))
+    bpy.ops.render.render(animation=True)
+    bpy.app.handlers.render_post.pop()
+    assert len(set(shown)) == 3
+    for i, color in enumerate(colors):
+        image = bpy.data.images.load(str(tmp_path / f"shown_{i + 1:04}.exr"))
+        pixels = np.array(image.pixels).reshape(12, 16, -1)[..., :3]
+        np.testing.assert_allclose(pixels, np.broadcast_to(color, pixels.shape), rtol=2e-3)
+
+
+def frame_file(scene):
+    """Of the sky's image, in the nodes that a lens has."""
+    groups = [node.node_tree for node in material(scene).node_tree.nodes if node.bl_idname == "ShaderNodeGroup"]
+    inputs = [node.inputs.get("Image") for node in groups[0].nodes if node.bl_idname == "ShaderNodeScript"]
+    return next(socket.default_value for socket in inputs if socket)
+
+
+def test_few_files_of_frames_stay():
+    """Those that were asked for last, so that a sequence fills no disk."""
+    made = []
+    for i in range(20):
+        for value in (0, i):
+            made.append(files.passing("frame", np.full((2, 4, 3), value, np.float16)))
+            os.utime(made[-1], (i, i))  # as if it was long ago
+    assert made[0] == made[2] != made[3]
+    assert set(made[-1].parent.glob("frame_*.exr")) == {made[0], *made[-13::2]}
 
 
 def test_what_is_not_filtered(scene, tmp_path):
