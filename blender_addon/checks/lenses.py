@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import bpy
 import numpy as np
 
-from ..cycles import failures, lens, lens_sky, radius, relay, setup, stars
+from ..cycles import failures, filtered_sky, lens, radius, relay, setup, stars
 from ..report import RenderError, told
 from ..sync import spacetime
 from ..sync.scene_data import SpacetimeData
@@ -20,7 +20,7 @@ def settings(scene: bpy.types.Scene) -> tuple:
     if scene.render.engine != "CYCLES":
         return ()
     own = scene.cycles.device, setup.gpu_kind(), scene.cycles.shading_system
-    return *own, *lens_sky.settings(scene), *failures.of_scene(scene)
+    return *own, *filtered_sky.settings(scene), *failures.of_scene(scene)
 
 
 def unmade(scene: bpy.types.Scene, known: list[Finding]) -> Iterator[Finding]:
@@ -69,7 +69,7 @@ def left_out(
 def unfiltered(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Iterator[Finding]:
     """Skies that neither lenses nor a relay camera filter."""
     if lens.all_of(scene) or relay.source_of(scene.camera) is not None:
-        for text in lens_sky.warnings(scene, depsgraph):
+        for text in filtered_sky.warnings(scene, depsgraph):
             yield Finding(text, "WORLD", scene.world.name)
 
 

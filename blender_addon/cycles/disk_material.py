@@ -13,7 +13,7 @@ import bpy
 
 from ..sync.disk_program import MATERIAL_ATTRIBUTES
 from ..sync.material import node_tree
-from . import lens_sky, node_copy, shaders
+from . import filtered_sky, node_copy, shaders
 
 _CROSSINGS = 4  # as in disk_light.h
 _KEY = "bentlight_disk"  # fingerprint of what a lens shows, and the mark of the nodes that show it
@@ -36,7 +36,7 @@ def update(lens: bpy.types.Material, wanted: bpy.types.Material | None) -> None:
         return
     clear(lens)
     nodes = lens.node_tree.nodes
-    seen = lens_sky.seen(lens)
+    seen = filtered_sky.seen(lens)
     if data:
         group = _group(lens.name, data, node_tree(wanted).get_output_node("CYCLES"))
         for crossing in range(_CROSSINGS, 0, -1):

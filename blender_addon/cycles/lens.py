@@ -9,13 +9,13 @@ import numpy as np
 
 from ..sync import spacetime
 from ..sync.scene_data import SpacetimeData
-from . import disk_material, lens_sky, shaders, tables
+from . import disk_material, filtered_sky, shaders, tables
 
 _SUBDIVISIONS = 5
 _NAME = "Bentlight Lens"
 _CHARTS = {"ISOTROPIC": 0, "OBLATE": 1}
 _WORMHOLE = 2
-_SOCKETS = disk_material.SOCKETS | lens_sky.SOCKETS
+_SOCKETS = disk_material.SOCKETS | filtered_sky.SOCKETS
 
 
 def find(scene: bpy.types.Scene) -> dict[str, bpy.types.Object]:
@@ -56,7 +56,7 @@ def remove(lens: bpy.types.Object) -> None:
     """With its mesh and its material."""
     for material in filter(None, lens.data.materials):
         disk_material.clear(material)
-        lens_sky.clear(material)
+        filtered_sky.clear(material)
     shaders.remove(lens)
 
 

@@ -20,7 +20,7 @@ from ..sync.native import build_scene
 from ..sync.objects import read_scene
 from ..sync.scene_data import CameraData, MeshData, SceneData, Visibility
 from ..sync.standing import Still, standing, still_objects
-from . import disk, files, lens_sky, relay_maps, screen, shaders
+from . import disk, files, filtered_sky, relay_maps, screen, shaders
 from .motion import Slice, camera_change, swept
 
 SHADER = "relay_camera"
@@ -84,10 +84,10 @@ def update(
     _show_lenses(scene, False)
     reporter = reporter or Reporter(lambda level, text: None)
     texts = [text for obj in scene.objects if not obj.hide_render for text in disk.warnings(obj)]
-    for text in texts + lens_sky.warnings(scene, depsgraph):
+    for text in texts + filtered_sky.warnings(scene, depsgraph):
         reporter.warn(text)
     seen = _read_all(scene, depsgraph, source, reporter)
-    sky = lens_sky.read(scene, depsgraph)
+    sky = filtered_sky.read(scene, depsgraph)
     settings = relay_maps.RelaySettings(
         parts=math.ceil(scene.bentlight.relay_parts / math.sqrt(len(seen))),
         tolerance=_tolerance(seen[0]),
@@ -203,9 +203,9 @@ def _room_for_lamps(data: SceneData) -> np.ndarray:
     return room
 
 
-def _show(scene: bpy.types.Scene, maps: relay_maps.RelayMaps, data: SceneData, sky: lens_sky.Sky | None) -> None:
+def _show(scene: bpy.types.Scene, maps: relay_maps.RelayMaps, data: SceneData, sky: filtered_sky.Sky | None) -> None:
     """Gives Cycles the maps: by the camera alone, or also by the screen before one that stands still."""
-    parameters = maps.parameters | {"SkyFilter": lens_sky.pixels(scene) if sky else 0.0}
+    parameters = maps.parameters | {"SkyFilter": filtered_sky.pixels(scene) if sky else 0.0}
     screened = parameters["Slices"] > 0 or parameters["Disks"] > 0 or parameters["SkyFilter"] > 0
     relay = scene.camera
     shader = shaders.compiled(SHADER)

@@ -7,7 +7,7 @@ from __future__ import annotations
 import bpy
 import mathutils
 
-from . import lens_sky, shaders
+from . import filtered_sky, shaders
 
 _SHADER = "relay_screen"
 _NEAR = 1e-4  # of the screen's side: how far it is before the camera
@@ -22,7 +22,7 @@ def find(relay: bpy.types.Object) -> bpy.types.Object | None:
 
 
 def show(
-    relay: bpy.types.Object, parameters: dict[str, int | float | str], side: float, sky: lens_sky.Sky | None
+    relay: bpy.types.Object, parameters: dict[str, int | float | str], side: float, sky: filtered_sky.Sky | None
 ) -> None:
     """Puts the screen before a relay camera; `side`: scene units; `sky`: what it filters."""
     screen = find(relay) or _build(relay)
@@ -30,22 +30,22 @@ def show(
     screen.matrix_basis = mathutils.Matrix.LocRotScale((0, 0, -distance), None, (side, side, side))
     inputs = {name: (_KINDS[type(parameters[name])], parameters[name]) for name in _PARAMETERS}
     inputs["Distance"] = ("NodeSocketFloat", distance)
-    shaders.fill(screen.data.materials[0], _SHADER, inputs, lens_sky.SOCKETS)
-    lens_sky.update(screen.data.materials[0], sky)
+    shaders.fill(screen.data.materials[0], _SHADER, inputs, filtered_sky.SOCKETS)
+    filtered_sky.update(screen.data.materials[0], sky)
 
 
 def hide(relay: bpy.types.Object) -> None:
     """Takes it away."""
     screen = find(relay)
     if screen is not None:
-        lens_sky.clear(screen.data.materials[0])
+        filtered_sky.clear(screen.data.materials[0])
         shaders.remove(screen)
 
 
 def _build(relay: bpy.types.Object) -> bpy.types.Object:
     mesh = bpy.data.meshes.new(f"{relay.name} Screen")
     mesh.from_pydata(_CORNERS, [], [(0, 1, 2, 3)])
-    mesh.materials.append(shaders.new_material(mesh.name, _SHADER, lens_sky.SOCKETS))
+    mesh.materials.append(shaders.new_material(mesh.name, _SHADER, filtered_sky.SOCKETS))
     screen = bpy.data.objects.new(mesh.name, mesh)
     screen.bentlight.made_for_cycles = "SCREEN"
     screen.parent = relay

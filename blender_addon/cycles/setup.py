@@ -10,7 +10,7 @@ import bpy
 from ..report import RenderError, told
 from ..sync import spacetime
 from ..sync.scene_data import SpacetimeData
-from . import disk, disk_material, lens, lens_sky, radius, stars, tables
+from . import disk, disk_material, filtered_sky, lens, radius, stars, tables
 
 
 def is_set_up(scene: bpy.types.Scene) -> bool:
@@ -47,7 +47,7 @@ def setup(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> tuple[list[
     depsgraph.update()
     done = [told("lenses: {}", len(holes)), *_settings(scene, len(holes))]
     update(scene, depsgraph)
-    return done, warnings + stars.warnings(scene) + lens_sky.warnings(scene, depsgraph)
+    return done, warnings + stars.warnings(scene) + filtered_sky.warnings(scene, depsgraph)
 
 
 def _holes(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[bpy.types.Object]:
@@ -184,17 +184,17 @@ def update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
             shown.add(name)
     spacetime.check(items)
     found = {item.name: (item, used) for item, used in zip(items, spacetime.influence_radii(items), strict=True)}
-    sky = lens_sky.read(scene, depsgraph)
+    sky = filtered_sky.read(scene, depsgraph)
     for name, (item, used) in found.items():
         if not math.isfinite(used):
             raise RenderError("'{}' has no lens radius: press Use in Cycles", name)
         hole = lenses[name].parent.evaluated_get(depsgraph)
         light = disk.sockets(hole, item, scene.frame_current_final)
         light["Gravitational"] = ("NodeSocketFloat", scene.bentlight.gravitational)
-        light["SkyFilter"] = ("NodeSocketFloat", lens_sky.pixels(scene) if sky else 0.0)
+        light["SkyFilter"] = ("NodeSocketFloat", filtered_sky.pixels(scene) if sky else 0.0)
         lens.update(
             lenses[name], item, used, found.get(item.exit) if item.exit else None, light, radius.soft_edge(hole)
         )
-        lens_sky.update(lenses[name].data.materials[0], sky)
+        filtered_sky.update(lenses[name].data.materials[0], sky)
         own = disk.material(hole)
         disk_material.update(lenses[name].data.materials[0], own and own.evaluated_get(depsgraph))

@@ -12,7 +12,7 @@ import skies
 from test_lens_pictures import SPACES, add_spacetime
 from test_node_groups import new_group, use
 
-from blender_addon.cycles import files, lens, lens_sky, setup, sky_images
+from blender_addon.cycles import files, filtered_sky, lens, setup, sky_images
 from blender_addon.report import RenderError
 from tests.engine import stage
 
@@ -43,7 +43,7 @@ def material(scene):
 
 def is_filtered(scene):
     setup.update(scene, bpy.context.evaluated_depsgraph_get())
-    return lens_sky.seen(material(scene)).node.bl_idname == "ShaderNodeAddShader"
+    return filtered_sky.seen(material(scene)).node.bl_idname == "ShaderNodeAddShader"
 
 
 @pytest.mark.parametrize("kind", SPACES)
