@@ -144,7 +144,11 @@ def picture(scene, make):
     return rendering.render(scene, "CYCLES", 0, 1)
 
 
-@pytest.mark.parametrize("make", [nested, *map(converted, VALUES), muted, several_outputs, muted_link], ids=str)
+TREES = {make.__name__: make for make in (nested, muted, several_outputs, muted_link)}
+TREES |= {kind: converted(kind) for kind in VALUES}
+
+
+@pytest.mark.parametrize("make", TREES.values(), ids=TREES)
 def test_trees_show_the_same_without_groups(make, scene):
     objects.camera((0, 0, 0), (0, 1, 0.2), lens_mm=12)
     rendering.set_size(scene, 48, 32)
