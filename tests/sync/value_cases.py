@@ -325,6 +325,32 @@ def group_with_default_and_reroute(tree):
 
 
 @case
+def muted_nodes_that_pass_nothing_on(tree):
+    """What gets their links keeps its own value, out of a group too; reroutes that get nothing are as in Cycles."""
+    group = bpy.data.node_groups.new("quiet", "ShaderNodeTree")
+    group.interface.new_socket("Out", in_out="OUTPUT", socket_type="NodeSocketColor")
+    end = group.nodes.new("NodeGroupOutput")
+    end.inputs[0].default_value = (0.3, 0.7, 0.1, 1)
+    quiet = [new(owner, "RGB", mute=True) for owner in (tree, tree, group)]
+    for node in quiet:
+        node.outputs[0].default_value = (0.9, 0.1, 0.4, 1)
+    group.links.new(quiet[2].outputs[0], end.inputs[0])
+    reroute, dangling = tree.nodes.new("NodeReroute"), tree.nodes.new("NodeReroute")
+    tree.links.new(quiet[1].outputs[0], reroute.inputs[0])
+    shown = color(tree)
+    for source in (
+        quiet[0].outputs[0],
+        reroute.outputs[0],
+        dangling.outputs[0],
+        new(tree, "Group", node_tree=group).outputs[0],
+    ):
+        mixed = new(tree, "MixRGB", {0: 0.4, 1: shown, 2: source})
+        mixed.inputs[2].default_value = (0.2, 0.5, 0.8, 1)
+        shown = mixed.outputs[0]
+    return shown
+
+
+@case
 def normal_node(tree):
     node = new(tree, "Normal", {0: color(tree)})
     node.outputs[0].default_value = (0.3, -0.4, 0.7)

@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
+import bpy
 from bentlight_native import ProgramBuilder
 
 from ...report import told
@@ -240,18 +241,22 @@ class Origin:
 
 
 def origin(scope: Scope, socket: Any) -> Origin:
-    """Follows the link of an input socket through reroutes, muted nodes and into and out of groups."""
+    """Follows the link of an input socket through reroutes, muted nodes and into and out of groups. What a muted node
+    passes nothing on to keeps its own value; so does, from Blender 5.0 on, what a reroute does that gets nothing."""
+    own = socket
     while True:
         link = next((link for link in socket.links if link.is_valid and not link.is_muted), None)
         if link is None:
-            return Origin(scope, None, socket)
+            return Origin(scope, None, own)
         node, output = link.from_node, link.from_socket
         if node.bl_idname == "NodeReroute":
             socket = node.inputs[0]
-        elif node.mute:
+            own = own if bpy.app.version >= (5, 0, 0) else socket
+            continue
+        if node.mute:
             inside = next((i for i in node.internal_links if i.to_socket == output), None)
             if inside is None:
-                return Origin(scope, None, output)
+                return Origin(scope, None, own)
             socket = inside.from_socket
         elif node.bl_idname == "ShaderNodeGroup" and node.node_tree:
             inner = _by_identifier(_group_outputs(node.node_tree), output.identifier)
@@ -262,6 +267,7 @@ def origin(scope: Scope, socket: Any) -> Origin:
             socket, scope = _by_identifier(scope.group.inputs, output.identifier), scope.outer
         else:
             return Origin(scope, node, output)
+        own = socket
 
 
 def shaders_behind(scope: Scope, socket: Any) -> list[Origin]:
