@@ -1,7 +1,7 @@
 """Walks a node tree and writes a program; knows links, groups, reroutes and socket types, but no particular node.
 
-No bpy here. A family of nodes adds itself by the two decorators below, keyed by `Node.bl_idname`; to add a node is one
-function there and one operation in the core.
+Of bpy it needs the version alone. A family of nodes adds itself by the two decorators below, keyed by
+`Node.bl_idname`; to add a node is one function there and one operation in the core.
 """
 
 from __future__ import annotations
