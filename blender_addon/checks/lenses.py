@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import bpy
 import numpy as np
 
-from ..cycles import failures, filtered_sky, lens, radius, relay, setup, stars
+from ..cycles import failures, filtered_sky, lens, light_groups, radius, relay, screen, setup, stars
 from ..report import RenderError, told
 from ..sync import spacetime
 from ..sync.scene_data import SpacetimeData
@@ -20,7 +20,8 @@ def settings(scene: bpy.types.Scene) -> tuple:
     if scene.render.engine != "CYCLES":
         return ()
     own = scene.cycles.device, setup.gpu_kind(), scene.cycles.shading_system
-    return *own, *filtered_sky.settings(scene), *failures.of_scene(scene)
+    overrides = [layer.material_override is None for layer in scene.view_layers]
+    return *own, *overrides, *filtered_sky.settings(scene), *light_groups.settings(scene), *failures.of_scene(scene)
 
 
 def unmade(scene: bpy.types.Scene, known: list[Finding]) -> Iterator[Finding]:
@@ -40,6 +41,11 @@ def shaders_unread(scene: bpy.types.Scene) -> Iterator[Finding]:
     if scene.cycles.device == "GPU" and setup.gpu_kind() != "OPTIX":
         text = "Cycles renders on a graphics card without OptiX, where it bends no light: choose OptiX or the CPU"
         yield Finding(told(text), "SCENE", scene.name)
+    if lens.all_of(scene) or (scene.camera and screen.find(scene.camera)):
+        for layer in scene.view_layers:
+            if layer.material_override:
+                text = "View layer '{}' overrides materials, those of lenses too: Cycles bends no light there"
+                yield Finding(told(text, layer.name), "SCENE", scene.name)
 
 
 def left_out(
@@ -69,8 +75,15 @@ def left_out(
 def unfiltered(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Iterator[Finding]:
     """Skies that neither lenses nor a relay camera filter."""
     if lens.all_of(scene) or relay.source_of(scene.camera) is not None:
-        for text in filtered_sky.warnings(scene, depsgraph):
+        for text in filtered_sky.read(scene, depsgraph)[1]:
             yield Finding(text, "WORLD", scene.world.name)
+
+
+def ungrouped(scene: bpy.types.Scene) -> Iterator[Finding]:
+    """What a relay camera shows in no light group."""
+    if relay.source_of(scene.camera) is not None:
+        for text in light_groups.warnings(scene):
+            yield Finding(text, "SCENE", scene.name)
 
 
 def _lost_lamps(
@@ -91,7 +104,7 @@ def findings(
     scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, depsgraph: bpy.types.Depsgraph, items: list[SpacetimeData]
 ) -> list[Finding]:
     """All of it; `items` can be rendered."""
-    found = [*shaders_unread(scene), *unfiltered(scene, depsgraph)]
+    found = [*shaders_unread(scene), *unfiltered(scene, depsgraph), *ungrouped(scene)]
     try:
         return found + list(left_out(scene, view_layer, depsgraph, items))
     except RenderError as error:

@@ -16,7 +16,7 @@ import bpy
 from ..report import RenderError, told
 from ..sync.material import node_tree
 from ..sync.nodes.shaders import STARS_MARK
-from . import node_copy, node_groups, shaders, sky_images, stars
+from . import light_groups, node_copy, node_groups, shaders, sky_images, stars
 
 SOCKETS = {"Toward": "NodeSocketVector", "Along": "NodeSocketVector", "Sky": "NodeSocketColor"}
 """The outputs of their shaders that this needs."""
@@ -92,18 +92,9 @@ class Sky(NamedTuple):
     stars: dict[node_groups.Path, dict[str, shaders.Socket]]
 
 
-def read(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Sky | None:
-    """The sky of a scene's world in this frame; None where nothing is to be filtered."""
-    return _read(scene, depsgraph)[0]
-
-
-def warnings(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[str]:
-    """Why images of the sky, and stars, are not filtered, though that is asked for."""
-    return _read(scene, depsgraph)[1]
-
-
-def _read(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> tuple[Sky | None, list[str]]:
-    """What read and warnings return; warnings only where an image or stars are seen."""
+def read(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> tuple[Sky | None, list[str]]:
+    """The sky of a scene's world in this frame, None where nothing is to be filtered, and warnings: why images of the
+    sky, and stars, that are seen are not filtered though that is asked for."""
     if not _is_asked_for(scene):
         return None, []
     shown = scene.world.evaluated_get(depsgraph)
@@ -138,8 +129,8 @@ def settings(scene: bpy.types.Scene) -> tuple:
     world = scene.world
     if not world:
         return ()
-    layers = [layer.use_sky for layer in scene.view_layers]
-    seen = world.lightgroup, world.cycles_visibility.camera, scene.render.film_transparent
+    layers = [(layer.use_sky, layer.world_override is None) for layer in scene.view_layers]
+    seen = world.cycles_visibility.camera, scene.render.film_transparent
     return scene.bentlight.sky_filter > 0, *seen, *layers
 
 
@@ -159,12 +150,11 @@ def _obstacle(scene: bpy.types.Scene) -> str:
     """Why lenses cannot add to a scene's world, by its settings; "" where they can."""
     if scene.cycles.device == "GPU":  # shaders there cannot ask whether a ray meets something
         return told("it works on the CPU alone")
-    if scene.world.lightgroup:
-        return told("world '{}' is in a light group", scene.world.name)
+    hole = light_groups.other_than_of_world(scene)
+    if hole:
+        return told("the disk of '{}' and world '{}' are not in one light group", hole.name, scene.world.name)
     for layer in scene.view_layers:
-        if not layer.use_sky:
-            return told("view layer '{}' leaves the world out", layer.name)
-        if getattr(layer, "world_override", None):
+        if layer.world_override:
             return told("view layer '{}' has a world of its own", layer.name)
     return ""
 
@@ -259,8 +249,12 @@ def _group(sky: Sky) -> bpy.types.NodeTree:
     tree.interface.new_socket("Surface", in_out="OUTPUT", socket_type="NodeSocketShader")
     given, result = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
     inputs = {"Filtered": ("NodeSocketShader", None), "Plain": ("NodeSocketShader", None)}
-    change = shaders.new_node(tree, "sky_change", inputs | {"Color": ("NodeSocketColor", None)})
+    inputs |= {"Color": ("NodeSocketColor", None), "Shown": ("NodeSocketFloat", None)}
+    change = shaders.new_node(tree, "sky_change", inputs)
     tree.links.new(given.outputs["Sky"], change.inputs["Color"])
+    layer = tree.nodes.new("ShaderNodeAttribute")
+    layer.attribute_type, layer.attribute_name = "VIEW_LAYER", "use_sky"
+    tree.links.new(layer.outputs["Fac"], change.inputs["Shown"])
     tree.links.new(change.outputs[0], result.inputs["Surface"])
     for name, direction, images in (("Filtered", "Toward", sky.images), ("Plain", "Along", {})):
         made = node_copy.build(tree, sky.nodes)

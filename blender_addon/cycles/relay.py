@@ -20,7 +20,7 @@ from ..sync.native import build_scene
 from ..sync.objects import read_scene
 from ..sync.scene_data import CameraData, MeshData, SceneData, Visibility
 from ..sync.standing import Still, standing, still_objects
-from . import disk, files, filtered_sky, relay_maps, screen, shaders
+from . import disk, files, filtered_sky, light_groups, relay_maps, screen, shaders
 from .motion import Slice, camera_change, swept
 
 SHADER = "relay_camera"
@@ -83,11 +83,11 @@ def update(
         return None
     _show_lenses(scene, False)
     reporter = reporter or Reporter(lambda level, text: None)
-    texts = [text for obj in scene.objects if not obj.hide_render for text in disk.warnings(obj)]
-    for text in texts + filtered_sky.warnings(scene, depsgraph):
+    sky, texts = filtered_sky.read(scene, depsgraph)
+    texts += [text for obj in scene.objects if not obj.hide_render for text in disk.warnings(obj)]
+    for text in texts + light_groups.warnings(scene):
         reporter.warn(text)
     seen = _read_all(scene, depsgraph, source, reporter)
-    sky = filtered_sky.read(scene, depsgraph)
     settings = relay_maps.RelaySettings(
         parts=math.ceil(scene.bentlight.relay_parts / math.sqrt(len(seen))),
         tolerance=_tolerance(seen[0]),
@@ -220,7 +220,7 @@ def _show(scene: bpy.types.Scene, maps: relay_maps.RelayMaps, data: SceneData, s
         constraint.mute = screened
     if screened:
         relay.matrix_world = mathutils.Matrix(data.camera.world_from_camera)
-        screen.show(relay, parameters, near, sky)
+        screen.show(relay, parameters, near, sky, light_groups.of_screen(scene))
         relay.bentlight.relay_switched_osl |= not scene.cycles.shading_system
         scene.cycles.shading_system = True  # of which the screen is
     else:

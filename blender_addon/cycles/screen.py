@@ -7,7 +7,7 @@ from __future__ import annotations
 import bpy
 import mathutils
 
-from . import filtered_sky, shaders
+from . import filtered_sky, light_groups, shaders
 
 _SHADER = "relay_screen"
 _NEAR = 1e-4  # of the screen's side: how far it is before the camera
@@ -22,9 +22,13 @@ def find(relay: bpy.types.Object) -> bpy.types.Object | None:
 
 
 def show(
-    relay: bpy.types.Object, parameters: dict[str, int | float | str], side: float, sky: filtered_sky.Sky | None
+    relay: bpy.types.Object,
+    parameters: dict[str, int | float | str],
+    side: float,
+    sky: filtered_sky.Sky | None,
+    group: str,
 ) -> None:
-    """Puts the screen before a relay camera; `side`: scene units; `sky`: what it filters."""
+    """Puts the screen before a relay camera; `side`: scene units; `sky`: what it filters; `group`: its light group."""
     screen = find(relay) or _build(relay)
     distance = _NEAR * side
     screen.matrix_basis = mathutils.Matrix.LocRotScale((0, 0, -distance), None, (side, side, side))
@@ -32,6 +36,7 @@ def show(
     inputs["Distance"] = ("NodeSocketFloat", distance)
     shaders.fill(screen.data.materials[0], _SHADER, inputs, filtered_sky.SOCKETS)
     filtered_sky.update(screen.data.materials[0], sky)
+    light_groups.put(screen, group)
 
 
 def hide(relay: bpy.types.Object) -> None:

@@ -10,7 +10,7 @@ import bpy
 from ..report import RenderError, told
 from ..sync import spacetime
 from ..sync.scene_data import SpacetimeData
-from . import disk, disk_material, filtered_sky, lens, radius, stars, tables
+from . import disk, disk_material, filtered_sky, lens, light_groups, radius, stars, tables
 
 
 def is_set_up(scene: bpy.types.Scene) -> bool:
@@ -47,7 +47,7 @@ def setup(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> tuple[list[
     depsgraph.update()
     done = [told("lenses: {}", len(holes)), *_settings(scene, len(holes))]
     update(scene, depsgraph)
-    return done, warnings + stars.warnings(scene) + filtered_sky.warnings(scene, depsgraph)
+    return done, warnings + stars.warnings(scene) + filtered_sky.read(scene, depsgraph)[1]
 
 
 def _holes(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[bpy.types.Object]:
@@ -184,7 +184,7 @@ def update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
             shown.add(name)
     spacetime.check(items)
     found = {item.name: (item, used) for item, used in zip(items, spacetime.influence_radii(items), strict=True)}
-    sky = filtered_sky.read(scene, depsgraph)
+    sky, _warnings = filtered_sky.read(scene, depsgraph)
     for name, (item, used) in found.items():
         if not math.isfinite(used):
             raise RenderError("'{}' has no lens radius: press Use in Cycles", name)
@@ -195,6 +195,7 @@ def update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         lens.update(
             lenses[name], item, used, found.get(item.exit) if item.exit else None, light, radius.soft_edge(hole)
         )
+        light_groups.put(lenses[name], light_groups.of_lens(scene, lenses[name].parent))
         filtered_sky.update(lenses[name].data.materials[0], sky)
         own = disk.material(hole)
         disk_material.update(lenses[name].data.materials[0], own and own.evaluated_get(depsgraph))

@@ -120,7 +120,7 @@ class _SceneReader:
         return self._data
 
     def _view_layer_world(self, scene: bpy.types.Scene) -> bpy.types.World | None:
-        return getattr(self._view_layer, "world_override", None) or scene.world
+        return self._view_layer.world_override or scene.world
 
     def _add_spacetime(self, instance: bpy.types.DepsgraphObjectInstance, matrix: np.ndarray) -> None:
         obj = instance.object

@@ -138,10 +138,10 @@ def sky(hole, tmp_path):
 
 def test_skies_that_are_not_filtered_have_a_reason(sky):
     """Each thing in the way alone, as long as it is there; in the operator's report too."""
-    scene, world = bpy.context.scene, bpy.context.scene.world
+    scene, layer = bpy.context.scene, bpy.context.scene.view_layers[0]
     for owner, name, value, reason in (
         (scene.cycles, "device", "GPU", "it works on the CPU alone"),
-        (world, "lightgroup", "Sky", "world 'World' is in a light group"),
+        (layer, "world_override", bpy.data.worlds.new("Own"), "view layer 'ViewLayer' has a world of its own"),
     ):
         before = getattr(owner, name)
         setattr(owner, name, value)
@@ -150,9 +150,38 @@ def test_skies_that_are_not_filtered_have_a_reason(sky):
         assert said in setup.setup(scene, bpy.context.evaluated_depsgraph_get())[1] or name == "device"
         setattr(owner, name, before)
         assert texts() == [], name
-    scene.view_layers.new("Other").use_sky = False
-    assert texts() == ["Sky Filter does nothing in Cycles: view layer 'Other' leaves the world out"]
-    scene.view_layers.remove(scene.view_layers["Other"])
+
+
+def test_disks_in_another_light_group_than_the_sky(hole, sky):
+    """What a lens shows is in one."""
+    scene = bpy.context.scene
+    scene.world.lightgroup = "Sky"
+    assert texts() == []
+    hole.bentlight.disk.enable = True
+    said = "Sky Filter does nothing in Cycles: the disk of 'Hole' and world 'World' are not in one light group"
+    assert said in texts()
+    hole.lightgroup = "Sky"
+    assert said not in texts()
+    bpy.ops.bentlight.relay_setup(bake=False)
+    other = hole.copy()
+    scene.collection.objects.link(other)
+    other.location.x = 100
+    several = "By the relay camera accretion disks in several light groups are in none"
+    assert several not in texts()
+    other.lightgroup = "Other"
+    assert several in texts()
+    bpy.ops.bentlight.relay_clear()
+    assert several not in texts()
+
+
+def test_a_view_layer_that_overrides_the_materials_of_lenses(hole):
+    layer = bpy.context.scene.view_layers.new("Clay")
+    layer.material_override = bpy.data.materials.new("Clay")
+    said = "View layer 'Clay' overrides materials, those of lenses too: Cycles bends no light there"
+    assert said in texts()
+    layer.material_override = None
+    bpy.context.scene.camera = None
+    bpy.ops.bentlight.cycles_clear()
     assert texts() == []
 
 
@@ -211,7 +240,7 @@ def test_images_that_are_not_filtered_have_a_reason(sky):
 
 def test_skies_that_nobody_asks_to_filter_or_sees(sky):
     scene = bpy.context.scene
-    scene.world.lightgroup = "Sky"
+    sky.projection = "MIRROR_BALL"
     assert len(texts()) == 1
     for owner, name, value in (
         (scene.bentlight, "sky_filter", 0.0),

@@ -274,7 +274,6 @@ def test_what_is_not_filtered(scene, tmp_path):
         (scene.bentlight, "sky_filter", 0.0),
         (scene.render, "film_transparent", True),
         (scene.world.cycles_visibility, "camera", False),
-        (scene.world, "lightgroup", "Sky"),
         (scene.view_layers[0], "use_sky", False),
         (node, "projection", "MIRROR_BALL"),
         (node, "image", None),
