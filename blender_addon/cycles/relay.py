@@ -13,7 +13,7 @@ import bpy
 import mathutils
 import numpy as np
 
-from ..report import RenderError, Reporter
+from ..report import RenderError, Reporter, told
 from ..sync import shutter
 from ..sync.camera import read_camera
 from ..sync.native import build_scene
@@ -102,6 +102,9 @@ def update(
         _forget(relay.name)
         maps = _bake(seen, files.folder("relay") / f"{_SESSION}_{fingerprint}_", settings, moving)
         _baked[relay.name] = fingerprint, maps
+    if maps.limit > 1:
+        text = "The relay camera's image is compressed in so many pixels that not all of them take more rays: "
+        reporter.warn(told(text + "raise Relay Parts for finer details, which takes more memory"))
     _show(scene, maps, seen[len(seen) // 2], sky)
     return maps
 

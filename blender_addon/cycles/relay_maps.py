@@ -3,9 +3,10 @@
 Every part of every pixel gets one ray, which the core traces through the scene to the surface that it meets or to
 infinity. What osl/relay_maps.h reads is where that ray's last leg starts (`place`) and its `direction`; and, with
 accretion disks, what it gathers on its way through them (`glow`, `tint`). The files are described there. Memory is
-bounded: bands of pixel rows are traced, some rays at a time, and written one by one. Cycles keeps all parts of the maps
-that it has read, so that places are not read where a direction says enough: toward a sky that is not filtered. If it
-is, each ray that ends there has two beside it, which meet nothing, and tell how far bending spreads a pixel.
+bounded: bands of pixel rows are traced, some rays at a time, and written one by one; then those pixels again that take
+finer parts (relay_parts.py). Cycles keeps all parts of the maps that it has read, so that places are not read where a
+direction says enough: toward a sky that is not filtered. If it is, each ray that ends there has two beside it, which
+meet nothing, and tell how far bending spreads a pixel.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from __future__ import annotations
 import contextlib
 import math
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,18 +25,14 @@ from bentlight_native import FATES, write_exr
 
 from ..sync.scene_data import CameraData, Visibility
 from .motion import Slice
+from .relay_parts import FINER, LOST, affordable, spreads, times_as_fine
 
 ESCAPED, HIT = FATES.index("escaped"), FATES.index("hit")
 _MARGIN = 4  # pixels around the image: a pixel filter reaches beyond it
 _BAND_RAYS = 1 << 18  # at most, of one thread at a time; what is kept of a ray takes about 70 bytes
 _AT_ONCE = 1 << 15  # rays, traced at a time by each thread; one takes about 400 bytes
-# Where the image is compressed: so many times as many parts in each direction, the fewest that spread no more each than
-# parts do where it is not; or the most. Odd: a part in the middle of a pixel stays there.
-_FINER = np.array([3, 5])
 _COLUMNS = 64  # cells in a row of the fine maps
 _CELL = 8  # times a cell's number, in what tells of it (osl/relay_maps.h)
-# Bending spreads the rays of a pixel by so many radians: a compressed image. Where the engine takes a second sample.
-_COMPRESSION = 0.1
 # The last leg starts this far before the surface, as a part of the ray's length and of the largest coordinate (float32
 # has 6e-8 of it): Cycles must neither miss the surface nor meet another one first.
 _LEG_OF_LENGTH, _LEG_OF_COORDINATES = 1e-4, 4e-6
@@ -47,7 +44,8 @@ _MOMENTS = np.array([math.sqrt(2), math.sqrt(3)])  # of parts in a slice: indepe
 # the inverse of the plastic number, the root of x^3 = x + 1.
 _LENS = np.array([[0.7548776662466927, 0.5698402909980532], [0.5698402909980532, -0.7548776662466927]])
 _APART = 1_000_003  # parts, between the lattices of neighboring slices
-_LOST, _SEEN, _HIDDEN = range(3)  # how rays end: seen by nobody, on their last leg, in a disk that lets nothing pass
+_SEEN, _HIDDEN = 1, 2  # how rays end that are not LOST: on their last leg, in a disk that lets nothing pass
+_RAY_BYTES, _DISK_BYTES = 24, 12  # in the maps: of a ray, and what more of it disks take
 _LARGEST = np.finfo(np.float16).max  # radiance of disks in the maps
 _DIMMEST = 1e-8  # that is told of light: times _TO_SKY it must still be longer than all that comes from surfaces
 
@@ -73,6 +71,7 @@ class RelayMaps:
     rays: int = 0
     lost: int = 0  # rays that a horizon or an end of space swallows, and unresolved ones
     fine_pixels: int = 0
+    limit: float = 1.0  # of finer parts (relay_parts.py)
     seconds: float = 0.0
 
     def add(self, more: RelayMaps) -> None:
@@ -80,6 +79,7 @@ class RelayMaps:
         self.files += more.files
         self.rays, self.lost = self.rays + more.rays, self.lost + more.lost
         self.fine_pixels += more.fine_pixels
+        self.limit = max(self.limit, more.limit)
         self.seconds += more.seconds
 
 
@@ -121,15 +121,27 @@ def bake(
         }
     )
     with ThreadPoolExecutor(settings.threads) as pool:
-        waiting = [pool.submit(_write_band, tracer, prefix, i, band) for i in range(math.ceil(height / band))]
-        try:
-            for done in as_completed(waiting):
-                maps.add(done.result())
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)  # what has failed once would fail for long
-            raise
+        bands = [(tracer, prefix, i, band) for i in range(math.ceil(height / band))]
+        made, spread = zip(*_all(pool, _write_band, bands), strict=True)
+        ray_bytes = _RAY_BYTES + (_DISK_BYTES if tracer.sees_disks else 0)
+        limit = affordable(spread, settings.parts, ray_bytes, part.count if part else 1)
+        finer = [(*each, times_as_fine(one, limit)) for each, one in zip(bands, spread, strict=True)]
+        for part_of in (*made, RelayMaps({}, limit=limit), *_all(pool, _write_finer, finer)):
+            maps.add(part_of)
     maps.seconds = time.monotonic() - start
     return maps
+
+
+def _all(pool: ThreadPoolExecutor, work: Callable, calls: list[tuple]) -> list:
+    """What comes of all calls. What has failed once would fail for long, so that it ends the rest."""
+    waiting = [pool.submit(work, *each) for each in calls]
+    try:
+        for done in as_completed(waiting):
+            done.result()
+    except BaseException:
+        pool.shutdown(wait=False, cancel_futures=True)
+        raise
+    return [each.result() for each in waiting]
 
 
 def remove(files: Iterable[Path]) -> None:
@@ -191,7 +203,7 @@ class _Traced:
     @property
     def lost(self) -> int:
         """How many are."""
-        return int((self.fate == _LOST).sum())
+        return int((self.fate == LOST).sum())
 
 
 class _Tracer:
@@ -303,7 +315,7 @@ class _Tracer:
         toward = np.where(seen[:, None], direction @ self._axes[:3, :3].T, 0.0)
         toward[seen & escaped] *= _TO_SKY
         legs = _Legs(place.astype(np.float32), toward.astype(np.float32))
-        ends = np.where(hidden, _HIDDEN, np.where(seen, _SEEN, _LOST)).astype(np.uint8)
+        ends = np.where(hidden, _HIDDEN, np.where(seen, _SEEN, LOST)).astype(np.uint8)
         layers = np.zeros(len(ends), np.uint32)
         return _Traced(legs, start.astype(np.float32), direction.astype(np.float32), ends, layers)
 
@@ -343,58 +355,44 @@ def _add_disks(legs: _Legs, hits: dict[str, np.ndarray], exists: np.ndarray) -> 
     return brightest[:, 0]
 
 
-def _write_band(tracer: _Tracer, prefix: Path, number: int, band: int) -> RelayMaps:
-    """The files of one band of pixel rows; the last band may reach beyond the margin."""
+def _write_band(tracer: _Tracer, prefix: Path, number: int, band: int) -> tuple[RelayMaps, np.ndarray]:
+    """The files of one band of pixel rows but those of finer parts, and how far its rays spread. The last band may
+    reach beyond the margin."""
     parts, width = tracer.settings.parts, tracer.camera.width + 2 * _MARGIN
-    stem = f"{prefix}{tracer.number:02}_{number:04}_"
     rows, columns = _centers(number * band, band, parts), _centers(0, width, parts)
     points = np.stack(np.meshgrid(columns, rows), axis=-1) - _MARGIN
     traced = tracer.trace(points.reshape(-1, 2), parts)
     shape = len(rows), len(columns)
-    result = RelayMaps({}, traced.legs.write(stem, shape), len(points.reshape(-1, 2)), traced.lost)
-    times = _times_as_fine(traced, shape, parts)
+    files = traced.legs.write(_stem(tracer, prefix, number), shape)
+    ends = (values.reshape(*shape, -1) for values in (traced.start, traced.end))
+    spread = spreads(*ends, traced.fate.reshape(shape), traced.layers.reshape(shape), parts)
+    return RelayMaps({}, files, len(points.reshape(-1, 2)), traced.lost), spread
+
+
+def _write_finer(tracer: _Tracer, prefix: Path, number: int, band: int, times: np.ndarray) -> RelayMaps:
+    """The other files of one band: parts so many times as fine, by pixel (rows, columns), and where they are."""
+    stem, result = _stem(tracer, prefix, number), RelayMaps({})
     cells = np.zeros(times.shape, np.float32)
-    for finer in np.intersect1d(_FINER, times):
+    for finer in np.intersect1d(FINER, times):
         pixels = times == finer
         cells[pixels] = np.arange(pixels.sum()) * _CELL + finer
         corners = np.argwhere(pixels)[:, ::-1] + (0, number * band) - _MARGIN
-        fine, lost = _trace_cells(tracer, corners, parts * finer)
-        result.files += fine.write(f"{stem}{finer}x_", _cells_shape(len(corners), parts * finer))
-        result.fine_pixels += len(corners)
-        result.rays, result.lost = result.rays + len(fine.place), result.lost + lost
+        parts = tracer.settings.parts * finer
+        fine, lost = _trace_cells(tracer, corners, parts)
+        files = fine.write(f"{stem}{finer}x_", _cells_shape(len(corners), parts))
+        result.add(RelayMaps({}, files, len(fine.place), lost, len(corners)))
     result.files.append(Path(f"{stem}cells.exr"))
     write_exr(result.files[-1], {"R": cells if cells.any() else cells[:1, :1]}, {})
     return result
 
 
+def _stem(tracer: _Tracer, prefix: Path, number: int) -> str:
+    return f"{prefix}{tracer.number:02}_{number:04}_"
+
+
 def _centers(first: int, count: int, parts: int) -> np.ndarray:
     """Middles of the parts of `count` pixels from `first` on."""
     return first + (np.arange(count * parts) + 0.5) / parts
-
-
-def _times_as_fine(traced: _Traced, shape: tuple[int, int], parts: int) -> np.ndarray:
-    """How many times as many parts each way pixels (rows, columns) take, 0: no more. Where rays spread much they take
-    more; the most where some are lost, or do not all meet disks equally often. traced: of `shape` parts.
-
-    Rays that pass an edge spread beyond it, too. There fewer than half of the neighbors do, and the fewest are enough.
-    """
-    start, end = traced.start.reshape(*shape, 3), traced.end.reshape(*shape, 3)
-    fate, layers = traced.fate.reshape(shape), traced.layers.reshape(shape).astype(np.int64)
-    rows, columns = shape[0] // parts, shape[1] // parts
-    times = np.zeros((rows, columns), np.int64)
-    for axis in (0, 1):
-        before, after = (np.linalg.norm(np.diff(values, axis=axis), axis=-1) for values in (start, end))
-        one, other = (np.take(fate, range(*span), axis) for span in ((0, shape[axis] - 1), (1, shape[axis])))
-        with np.errstate(invalid="ignore"):
-            spread = np.where((one == other) & (one != _LOST), (after - before) * (parts / _COMPRESSION), 0)
-        spread[((one == _LOST) != (other == _LOST)) | (np.diff(layers, axis=axis) != 0)] = np.inf
-        spread = np.pad(spread, [(0, int(i == axis)) for i in (0, 1)])
-        of_pixel = spread.reshape(rows, parts, columns, parts).swapaxes(1, 2).reshape(rows, columns, -1)
-        widest = of_pixel.max(axis=-1)
-        usual = np.partition(of_pixel, parts**2 // 2, axis=-1)[..., parts**2 // 2]
-        enough = _FINER[np.searchsorted(_FINER[:-1], np.where(np.isinf(widest), np.inf, usual))]
-        times = np.maximum(times, np.where(widest > 1, enough, 0))
-    return times
 
 
 def _cells_shape(count: int, fine: int) -> tuple[int, int]:

@@ -53,6 +53,7 @@ CASES = (
     Case("room"),
     Case("room", motion_blur=True),
     Case("kerr"),
+    Case("near"),
 )
 
 
@@ -108,7 +109,24 @@ def _kerr() -> str:
     return "Cube"
 
 
-SCENES: dict[str, Callable[[], str]] = {"monkey": _monkey, "disk": _disk, "room": _room, "kerr": _kerr}
+def _near() -> str:
+    """The same with a disk, from within it: more of the picture is compressed than finer parts may be."""
+    import objects
+    import room_schwarzschild
+
+    scene = room_schwarzschild.build(spin=0.9)
+    hole = next(obj for obj in scene.objects if obj.bentlight.kind == "BLACK_HOLE")
+    hole.bentlight.disk.enable = True
+    turn, distance = math.radians(75), 6 * room_schwarzschild.MASS
+    x, y, z = room_schwarzschild.CENTER
+    scene.camera.location = (x, y - distance * math.sin(turn), z + distance * math.cos(turn))
+    objects.look_at(scene.camera, room_schwarzschild.CENTER)
+    scene.camera.data.angle = math.radians(100)
+    _use_cycles()
+    return "Cube"
+
+
+SCENES: dict[str, Callable[[], str]] = {"monkey": _monkey, "disk": _disk, "room": _room, "kerr": _kerr, "near": _near}
 
 
 def _use_cycles() -> None:

@@ -4,45 +4,87 @@ import bpy
 import numpy as np
 import pytest
 
-from blender_addon.cycles import files, relay, relay_maps, relay_operators
+from blender_addon.cycles import files, relay, relay_maps, relay_operators, relay_parts
 from tests.engine.stage import blender  # noqa: F401 (a fixture)
 from tests.osl.test_relay_camera import cycles, picture, shining_room
 
 PARTS = 4
-LOST, SEEN = relay_maps._LOST, relay_maps._SEEN
 
 
-def rays(steps: np.ndarray) -> relay_maps._Traced:
-    """A row of pixels whose rays start alike; from column to column they end `steps` apart, in radians."""
+def spread(steps, lost=(), layers=()):
+    """Of a row of pixels whose rays start alike; from column to column they end `steps` apart, in radians. In some
+    columns they are lost, in some they meet a disk."""
     angle = np.cumsum(steps) * np.ones((PARTS, 1))
-    end = np.stack([np.sin(angle), 0 * angle, np.cos(angle)], axis=-1).reshape(-1, 3)
-    start, count = np.tile((0.0, 0.0, 1.0), (len(end), 1)), len(end)
-    return relay_maps._Traced(None, start, end, np.full(count, SEEN, np.uint8), np.zeros(count, np.uint32))
+    end = np.stack([np.sin(angle), 0 * angle, np.cos(angle)], axis=-1)
+    fate, met = np.full(angle.shape, relay_parts.LOST + 1, np.uint8), np.zeros(angle.shape, np.uint32)
+    fate[2:, lost], met[:, layers] = relay_parts.LOST, 1
+    return relay_parts.spreads(np.zeros_like(end), end, fate, met, PARTS)
+
+
+def compressed(*radians):
+    """Pixels by twos over which rays spread so far: the last rays of one are as far from its neighbor's as from each
+    other."""
+    return spread(np.repeat(np.repeat(radians, 2) / PARTS, PARTS))
 
 
 def test_parts_are_as_fine_as_the_image_is_compressed():
     """No finer than it takes for each to spread no more than those of an image that just is not compressed."""
-    spread = [0.0, 0.09, 0.15, 0.29, 0.32, 1.5]
-    pairs = np.repeat(spread, 2)  # the last rays of a pixel are as far from its neighbor's as this one's are
-    steps = np.repeat(pairs / PARTS, PARTS)
-    times = relay_maps._times_as_fine(rays(steps), (PARTS, len(steps)), PARTS)
-    assert times[0, ::2].tolist() == [0, 0, 3, 3, 5, 5]
+    found = compressed(0.0, 0.09, 0.15, 0.29, 0.32, 1.5)
+    assert relay_parts.times_as_fine(found)[0, ::2].tolist() == [0, 0, 3, 3, 5, 5]
+    assert relay_parts.times_as_fine(found, 2.0)[0, ::2].tolist() == [0, 0, 0, 3, 3, 5]
 
 
 def test_edges_of_things_do_not_take_the_finest_parts():
     """Bending goes on behind them: rays beside an edge end apart without any compression."""
     steps = np.zeros(PARTS * 4)
     steps[6] = 0.8
-    assert relay_maps._times_as_fine(rays(steps), (PARTS, len(steps)), PARTS).tolist() == [[0, 3, 0, 0]]
+    assert relay_parts.times_as_fine(spread(steps)).tolist() == [[0, 3, 0, 0]]
 
 
 def test_edges_of_shadows_and_disks_take_the_finest_parts():
-    shape = PARTS, PARTS * 6
-    traced = rays(np.full(PARTS * 6, 0.01 / PARTS))
-    fate, layers = traced.fate.reshape(shape), traced.layers.reshape(shape)
-    fate[2:, 5:7] = LOST
-    layers[:, 17:] = 1
-    assert relay_maps._times_as_fine(traced, shape, PARTS).tolist() == [[0, 5, 0, 0, 5, 0]]
+    """Until no other pixels are left that take finer ones."""
+    found = spread(np.full(PARTS * 6, 0.01 / PARTS), lost=slice(5, 7), layers=slice(17, None))
+    for limit, times in ((1, 5), (256, 5), (512, 3), (1024, 0)):
+        assert relay_parts.times_as_fine(found, limit).tolist() == [[0, times, 0, 0, times, 0]]
+
+
+@pytest.mark.parametrize("ray_bytes", [24, 36])
+def test_finer_parts_take_no_more_than_maps_may(ray_bytes, monkeypatch):
+    """The most that they may, to a factor of two in what counts as compressed; all of them where there is room, as in
+    small pictures."""
+    few = [compressed(*np.zeros(60), 0.15), compressed(*np.zeros(61))]
+    random = np.random.default_rng(1)
+    many = [compressed(*random.exponential(0.3, 100)) for _ in range(5)]
+    edges = [spread(np.zeros(PARTS * 100), layers=slice(0, None, 2))]
+    assert relay_parts.affordable(many + edges, PARTS, ray_bytes) == 1
+    monkeypatch.setattr(relay_parts, "_LEAST_BYTES", 0)
+    assert relay_parts.affordable(few, PARTS, ray_bytes) == 1
+    for found in (many, edges, many + edges):
+        limit = relay_parts.affordable(found, PARTS, ray_bytes)
+        pixels = sum(one.shape[2] * one.shape[3] for one in found)
+        for tried, fits in ((limit, True), (limit / 2, False)):
+            rays = sum((relay_parts.times_as_fine(one, tried) ** 2).sum() for one in found) + pixels
+            assert (rays * ray_bytes <= 48 * pixels) == fits
+
+
+def test_a_picture_that_is_compressed_all_over(tmp_path, monkeypatch, caplog):
+    """It has the rays that it may have, and says so; what none of them is left to do is done as it was."""
+    shining_room()
+    bpy.ops.bentlight.black_hole_add(mass=0.3, location=(0, 0, 0))
+    scene = cycles()
+    scene.bentlight.relay_parts = 2
+    bpy.ops.bentlight.relay_setup()
+    whole, most = picture(tmp_path), relay._baked[scene.camera.name][1]
+    assert most.limit == 1 and not caplog.text
+    relay.forget_all()
+    monkeypatch.setattr(relay_parts, "_LEAST_BYTES", 1 << 20)
+    less, few = picture(tmp_path), relay._baked[scene.camera.name][1]
+    assert few.limit > 1 and "raise Relay Parts" in caplog.text
+    assert 0 < few.fine_pixels < most.fine_pixels
+    padding = (-few.fine_pixels % relay_maps._COLUMNS) * 10**2  # cells fill whole rows
+    assert (few.rays - padding) * 24 <= 1 << 20 < most.rays * 24
+    kept = (less == whole).all(axis=-1)
+    assert 0.2 < kept.mean() < 1
 
 
 @pytest.mark.parametrize("blurred", [False, True], ids=["still", "blurred"])
