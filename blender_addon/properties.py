@@ -79,8 +79,8 @@ class BentlightSceneSettings(AccuracyProperties, bpy.types.PropertyGroup):
         name="Relay Parts",
         description=(
             "Relay camera in Cycles: each pixel is cut into this many parts in each direction, with a curved ray for "
-            "every part; where the image is compressed, into three or five times as many. From 1, with "
-            "jagged edges, to 16"
+            "every part; where the image is compressed, into three or five times as many, as far as 1.5 GiB of maps "
+            "allow. From 1, with jagged edges, to 16"
         ),
         min=1,
         max=16,
@@ -135,9 +135,9 @@ class BentlightSceneSettings(AccuracyProperties, bpy.types.PropertyGroup):
     sky_filter: FloatProperty(
         name="Sky Filter",
         description=(
-            "Averages images of the sky around each camera ray, over this part of the distance between a pixel's rays, "
-            "however bending stretches it: details smaller than a pixel flicker less. More samples make it narrower. "
-            "0: off"
+            "Averages images of the sky around each camera ray, in Cycles stars too, over this part of the distance "
+            "between a pixel's rays, however bending stretches it: details smaller than a pixel flicker less. More "
+            "samples make it narrower. 0: off"
         ),
         min=0.0,
         max=1.0,
