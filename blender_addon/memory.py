@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from pathlib import Path
 
@@ -11,15 +10,26 @@ _MIB = 1 << 20
 
 def used_and_peak() -> tuple[float, float]:
     """Memory in use now and the most so far; zeros where unknown, as on Windows."""
+    if sys.platform == "linux":
+        return _of_linux()
     try:
         import resource  # not on Windows
     except ImportError:
         return 0.0, 0.0
     unit = 1 if sys.platform == "darwin" else 1024
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / _MIB
+    return peak, peak
+
+
+def _of_linux() -> tuple[float, float]:
+    """From /proc, for getrusage counts as ours what the process that started us had."""
     try:
-        pages = int(Path("/proc/self/statm").read_text().split()[1])
-    except (OSError, ValueError, IndexError):
-        return peak, peak
-    used = pages * os.sysconf("SC_PAGE_SIZE") / _MIB
-    return used, max(used, peak)  # Linux keeps the two books apart and brings the peak's up to date a little later
+        lines = Path("/proc/self/status").read_text().splitlines()
+        values = {name: float(value.split()[0]) / 1024 for name, value in _fields(lines) if name in ("VmRSS", "VmHWM")}
+        return values["VmRSS"], max(values.values())
+    except (OSError, ValueError, LookupError):
+        return 0.0, 0.0
+
+
+def _fields(lines: list[str]) -> list[tuple[str, str]]:
+    return [(name, value) for name, _, value in (line.partition(":") for line in lines)]

@@ -132,7 +132,8 @@ def _fill(node: bpy.types.Node, world: bpy.types.World) -> None:
 
 
 def _pixel_angle(scene: bpy.types.Scene) -> float:
-    """About that of a pixel of the scene's camera."""
-    camera = scene.camera.data if scene.camera and scene.camera.type == "CAMERA" else None
+    """About that of a pixel of the scene's camera, or of the one that a relay camera stands for."""
+    shown = scene.camera and (scene.camera.bentlight.relay_source or scene.camera)
+    camera = shown.data if shown and shown.type == "CAMERA" else None
     angle = camera.angle if camera and camera.type == "PERSP" else 2 * math.pi
     return angle / max(image_size(scene.render))

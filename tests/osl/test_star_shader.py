@@ -69,6 +69,17 @@ def test_lenses_magnify_stars_as_the_engine_does(scene, sky_filter):
     compare(scene, size, 64, 2 / ring**2 if sky_filter else (1.1 * pixel / distance) ** 2)
 
 
+def test_spots_are_as_large_by_a_relay_camera(scene):
+    """1.1 pixels of the camera that it stands for."""
+    add_stars(scene)
+    objects.camera((0, -10, 0), (0, 0, 0), lens_mm=60)
+    expected = 1.1 * scene.camera.data.angle / scene.render.resolution_x
+    for make in (bpy.ops.bentlight.cycles_setup, lambda: bpy.ops.bentlight.relay_setup(bake=False)):
+        make()
+        setup.update(scene, bpy.context.evaluated_depsgraph_get())
+        assert stars.find(scene.world.node_tree).inputs["Radius"].default_value == pytest.approx(expected)
+
+
 def test_stars_are_seen_by_the_camera_alone(scene):
     """As in the engine: they light nothing."""
     hole = add_stars(scene, count=2000)
